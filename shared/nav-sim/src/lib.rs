@@ -1,1 +1,8 @@
-//! Placeholder.
+//! Floor 1: simulated worlds for a differential-drive robot with a lidar. Seeded and clock-free: the same
+//! seed and commands give the same bits.
+//!
+//! Reading order: [`world`] (what a world is), [`families`] (where worlds come from), [`simulation`]
+//! (reset and step), [`lidar`], [`people`], [`geodesic`] (path check and shortest distances), [`map_file`]
+//! and [`world_file`] (worlds from disk), [`drawing`] (pictures of episodes).
+
+pub mod world;

@@ -1,0 +1,110 @@
+//! Planar geometry: angles and poses. Counter-clockwise positive, x forward, radians and metres.
+
+use core::f32::consts::{PI, TAU};
+use nalgebra::{Isometry2, Point2, Rotation2, Vector2};
+
+/// A point of the plane, m.
+pub type Point = Point2<f32>;
+/// A displacement, m, or a velocity, m/s.
+pub type Vector = Vector2<f32>;
+
+/// The same angle in (-π, π], rad.
+pub fn wrap_angle(angle_rad: f32) -> f32 {
+    if angle_rad > -PI && angle_rad <= PI {
+        return angle_rad;
+    }
+    let wrapped = angle_rad - TAU * libm::floorf((angle_rad + PI) / TAU);
+    if wrapped <= -PI { wrapped + TAU } else { wrapped }
+}
+
+/// Position and heading of a frame in a parent frame; as a map it is `parent_from_frame`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[repr(C)]
+pub struct Pose {
+    /// Position along the parent's x axis, m.
+    pub x_m: f32,
+    /// Position along the parent's y axis, m.
+    pub y_m: f32,
+    /// Heading, counter-clockwise from the parent's x axis, rad in (-π, π].
+    pub yaw_rad: f32,
+}
+
+impl Pose {
+    /// A pose from position (m) and heading (rad).
+    pub const fn new(x_m: f32, y_m: f32, yaw_rad: f32) -> Self {
+        Self { x_m, y_m, yaw_rad }
+    }
+
+    /// The position, m.
+    pub fn position(&self) -> Point {
+        Point::new(self.x_m, self.y_m)
+    }
+
+    /// `parent_from_frame` as a rigid transform.
+    pub fn isometry(&self) -> Isometry2<f32> {
+        Isometry2::new(Vector::new(self.x_m, self.y_m), self.yaw_rad)
+    }
+
+    /// A point of this frame, in the parent frame.
+    pub fn parent_from_local(&self, local: Point) -> Point {
+        self.position() + Rotation2::new(self.yaw_rad) * local.coords
+    }
+
+    /// A point of the parent frame, in this frame.
+    pub fn local_from_parent(&self, parent: Point) -> Point {
+        Point::from(Rotation2::new(-self.yaw_rad) * (parent - self.position()))
+    }
+
+    /// The direction from here to `target` in the parent frame, rad in (-π, π]; 0 for the same point.
+    pub fn bearing_to(&self, target: Point) -> f32 {
+        libm::atan2f(target.y - self.y_m, target.x - self.x_m)
+    }
+
+    /// The pose after moving with constant velocities (m/s, rad/s) for `dt_s` along the exact arc.
+    pub fn advanced(&self, linear_mps: f32, angular_radps: f32, dt_s: f32) -> Self {
+        let turn_rad = angular_radps * dt_s;
+        // sinc keeps the arc exact and smooth through zero turn.
+        let half = 0.5 * turn_rad;
+        let sinc = if half.abs() < 1e-4 { 1.0 - half * half / 6.0 } else { libm::sinf(half) / half };
+        let chord_m = linear_mps * dt_s * sinc;
+        let course_rad = self.yaw_rad + half;
+        Self {
+            x_m: self.x_m + chord_m * libm::cosf(course_rad),
+            y_m: self.y_m + chord_m * libm::sinf(course_rad),
+            yaw_rad: wrap_angle(self.yaw_rad + turn_rad),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wrapping_keeps_the_direction() {
+        for k in -40..40_i16 {
+            let angle = f32::from(k) * 0.37;
+            let wrapped = wrap_angle(angle);
+            assert!(wrapped > -PI && wrapped <= PI, "{wrapped}");
+            assert!((libm::sinf(wrapped) - libm::sinf(angle)).abs() < 1e-5);
+            assert!((libm::cosf(wrapped) - libm::cosf(angle)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn local_and_parent_are_inverse() {
+        let pose = Pose::new(1.0, -2.0, 0.7);
+        let point = Point::new(0.3, 4.0);
+        let back = pose.local_from_parent(pose.parent_from_local(point));
+        assert!((back - point).norm() < 1e-5);
+    }
+
+    #[test]
+    fn a_full_circle_returns_home() {
+        let mut pose = Pose::new(0.0, 0.0, 0.3);
+        for _ in 0..100 {
+            pose = pose.advanced(1.0, core::f32::consts::TAU / 10.0, 0.1);
+        }
+        assert!(pose.position().coords.norm() < 1e-3, "{pose:?}");
+    }
+}

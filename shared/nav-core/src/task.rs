@@ -1,0 +1,226 @@
+//! The task: everything a policy was trained for and depends on when it drives.
+//!
+//! Written once, in the training configuration; copied into the manifest by the export; read back from
+//! there by runtime, simulator and evaluation. No field of it is typed twice.
+
+use core::f32::consts::TAU;
+use serde::{Deserialize, Serialize};
+
+/// Directions the high level can choose from, counter-clockwise from the direction of the goal.
+pub const DIRECTION_COUNT: usize = 16;
+/// Action index of "drive at the goal itself".
+pub const ACTION_GOAL: usize = DIRECTION_COUNT;
+/// Action index of "wait here".
+pub const ACTION_WAIT: usize = DIRECTION_COUNT + 1;
+/// How many actions the high level has: the directions, GOAL and WAIT.
+pub const ACTION_COUNT: usize = DIRECTION_COUNT + 2;
+
+/// What a policy was trained for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Task {
+    /// Time from one control tick (and simulation step) to the next, s.
+    pub control_period_s: f32,
+    /// Steps after which an episode is truncated.
+    pub episode_steps: u32,
+    /// The goal counts as reached when the robot's centre is this close, m.
+    pub goal_radius_m: f32,
+    /// The robot.
+    pub robot: Robot,
+    /// The lidar.
+    pub lidar: Lidar,
+    /// How the high level decides.
+    pub decision: Decision,
+}
+
+/// A differential-drive base with a round footprint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Robot {
+    /// Radius of the footprint, m.
+    pub radius_m: f32,
+    /// Fastest forward speed, m/s; the slowest is 0 (the robot never reverses).
+    pub linear_max_mps: f32,
+    /// Fastest turn either way, rad/s.
+    pub angular_max_radps: f32,
+    /// Strongest change of forward speed, m/s².
+    pub linear_acceleration_mps2: f32,
+    /// Strongest change of turning rate, rad/s².
+    pub angular_acceleration_radps2: f32,
+}
+
+/// A planar lidar at the robot's centre.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Lidar {
+    /// Beams a scan, at most [`crate::messages::MAX_BEAMS`].
+    pub beam_count: u32,
+    /// Field of view, centred on the robot's x axis, rad; a full circle does not repeat its first beam.
+    pub field_of_view_rad: f32,
+    /// Shortest valid range, m.
+    pub range_min_m: f32,
+    /// Longest valid range, m.
+    pub range_max_m: f32,
+}
+
+/// When the high level decides, and what its choices mean.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Decision {
+    /// Longest time that a subgoal is held, steps.
+    pub hold_steps: u32,
+    /// Distance of a direction's subgoal in free space, m.
+    pub subgoal_distance_m: f32,
+    /// A subgoal counts as reached at this distance, m.
+    pub subgoal_reached_m: f32,
+    /// Kept between a subgoal and the obstacle behind it, m.
+    pub corridor_margin_m: f32,
+    /// A time to collision below this ends a decision early, s.
+    pub time_to_collision_s: f32,
+    /// GOAL is left only for an action whose value is higher by more than this (validated after training).
+    pub deviation_margin: f32,
+    /// What the high level remembers.
+    pub memory: Memory,
+}
+
+/// What the high level remembers of where it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Memory {
+    /// Visit density only.
+    Lite,
+    /// Visit density and the optimistic geodesic distance over everything seen.
+    Full,
+}
+
+impl Default for Task {
+    fn default() -> Self {
+        Self {
+            control_period_s: 0.1,
+            episode_steps: 500,
+            goal_radius_m: 0.3,
+            robot: Robot::default(),
+            lidar: Lidar::default(),
+            decision: Decision::default(),
+        }
+    }
+}
+
+impl Default for Robot {
+    fn default() -> Self {
+        Self {
+            radius_m: 0.2,
+            linear_max_mps: 1.0,
+            angular_max_radps: 1.0,
+            linear_acceleration_mps2: 2.0,
+            angular_acceleration_radps2: 4.0,
+        }
+    }
+}
+
+impl Default for Lidar {
+    fn default() -> Self {
+        Self { beam_count: 72, field_of_view_rad: TAU, range_min_m: 0.05, range_max_m: 5.0 }
+    }
+}
+
+impl Default for Decision {
+    fn default() -> Self {
+        Self {
+            hold_steps: 20,
+            subgoal_distance_m: 2.0,
+            subgoal_reached_m: 0.4,
+            corridor_margin_m: 0.35,
+            time_to_collision_s: 1.5,
+            deviation_margin: 0.0,
+            memory: Memory::Full,
+        }
+    }
+}
+
+impl Lidar {
+    /// Whether the field of view is the whole circle.
+    pub fn is_full_circle(&self) -> bool {
+        self.field_of_view_rad > TAU - 1e-3
+    }
+
+    /// From one beam to the next, rad.
+    pub fn angle_increment_rad(&self) -> f32 {
+        let gaps = if self.is_full_circle() { self.beam_count } else { self.beam_count.saturating_sub(1) };
+        #[expect(clippy::cast_precision_loss, reason = "at most MAX_BEAMS")]
+        let gaps = gaps.max(1) as f32;
+        self.field_of_view_rad.min(TAU) / gaps
+    }
+
+    /// Direction of beam 0 in the robot frame, rad.
+    pub fn angle_min_rad(&self) -> f32 {
+        -0.5 * self.field_of_view_rad.min(TAU)
+    }
+}
+
+impl Task {
+    /// [`Self::control_period_s`] as a whole number of nanoseconds.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked positive and small")]
+    pub fn control_period_ns(&self) -> u64 {
+        libm::round(f64::from(self.control_period_s) * 1e6) as u64 * 1000
+    }
+
+    /// The first thing about this task that makes no sense, as a sentence.
+    ///
+    /// # Errors
+    /// A field outside its range, named with its unit.
+    pub fn validate(&self) -> Result<(), &'static str> {
+        let within = |value: f32, low: f32, high: f32| value >= low && value <= high;
+        let checks = [
+            (within(self.control_period_s, 0.001, 1.0), "control_period_s must lie in [0.001, 1]"),
+            (self.episode_steps > 0, "episode_steps must be at least 1"),
+            (within(self.goal_radius_m, 0.05, 2.0), "goal_radius_m must lie in [0.05, 2]"),
+            (within(self.robot.radius_m, 0.05, 1.0), "robot.radius_m must lie in [0.05, 1]"),
+            (within(self.robot.linear_max_mps, 0.01, 5.0), "robot.linear_max_mps must lie in [0.01, 5]"),
+            (
+                within(self.robot.angular_max_radps, 0.01, 10.0),
+                "robot.angular_max_radps must lie in [0.01, 10]",
+            ),
+            (
+                within(self.robot.linear_acceleration_mps2, 0.01, 50.0),
+                "robot.linear_acceleration_mps2 must lie in [0.01, 50]",
+            ),
+            (
+                within(self.robot.angular_acceleration_radps2, 0.01, 100.0),
+                "robot.angular_acceleration_radps2 must lie in [0.01, 100]",
+            ),
+            (
+                (1..=crate::messages::MAX_BEAMS).contains(&(self.lidar.beam_count as usize)),
+                "lidar.beam_count must lie in [1, 1440]",
+            ),
+            (
+                within(self.lidar.field_of_view_rad, 0.1, TAU + 1e-3),
+                "lidar.field_of_view_rad must lie in [0.1, 2 pi]",
+            ),
+            (within(self.lidar.range_min_m, 0.0, 1.0), "lidar.range_min_m must lie in [0, 1]"),
+            (within(self.lidar.range_max_m, 1.0, 100.0), "lidar.range_max_m must lie in [1, 100]"),
+            ((1..=200).contains(&self.decision.hold_steps), "decision.hold_steps must lie in [1, 200]"),
+            (
+                within(self.decision.subgoal_distance_m, 0.5, 10.0),
+                "decision.subgoal_distance_m must lie in [0.5, 10]",
+            ),
+            (
+                within(self.decision.subgoal_reached_m, 0.05, 2.0),
+                "decision.subgoal_reached_m must lie in [0.05, 2]",
+            ),
+            (
+                within(self.decision.corridor_margin_m, 0.0, 2.0),
+                "decision.corridor_margin_m must lie in [0, 2]",
+            ),
+            (
+                within(self.decision.time_to_collision_s, 0.0, 10.0),
+                "decision.time_to_collision_s must lie in [0, 10]",
+            ),
+            (self.decision.deviation_margin.is_finite(), "decision.deviation_margin must be finite"),
+        ];
+        match checks.into_iter().find(|(fine, _)| !fine) {
+            Some((_, sentence)) => Err(sentence),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! What a world is: static obstacles, people, a start and a goal.
+
+use nav_core::geometry::{Point, Pose};
+use serde::{Deserialize, Serialize};
+
+/// An axis-aligned rectangle, m. Nothing outside a world's bounds can be driven on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bounds {
+    /// Lower left corner, m.
+    pub min: Point,
+    /// Upper right corner, m.
+    pub max: Point,
+}
+
+/// A round obstacle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disc {
+    /// Centre, m.
+    pub center: Point,
+    /// Radius, m.
+    pub radius_m: f32,
+}
+
+/// A thin wall.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Segment {
+    /// One end, m.
+    pub a: Point,
+    /// The other end, m.
+    pub b: Point,
+}
+
+/// A solid obstacle: simple, either winding, at least three vertices. Its inside collides too.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Polygon {
+    /// Corners in order, m.
+    pub vertices: Vec<Point>,
+}
+
+/// How a person walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WalkModel {
+    /// From waypoint to waypoint, through everybody.
+    Scripted,
+    /// From waypoint to waypoint, waiting for whoever is close ahead.
+    ScriptedYielding,
+    /// Social force (Helbing and Molnár 1995).
+    SocialForce,
+    /// Optimal reciprocal collision avoidance (van den Berg et al. 2011).
+    Orca,
+}
+
+/// A walking person: a disc that goes round its waypoints for ever.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Person {
+    /// Where the person stands at reset, m.
+    pub start: Point,
+    /// Visited in order, then from the first again, m; at least one.
+    pub waypoints: Vec<Point>,
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Preferred speed, m/s.
+    pub speed_mps: f32,
+    /// How the person walks.
+    pub model: WalkModel,
+    /// Whether the person sees the robot and makes room for it.
+    pub sees_robot: bool,
+}
+
+/// A world with one start and one goal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct World {
+    /// Where it comes from, for people: a family and seed, or a file.
+    pub name: String,
+    /// Its edge is a wall.
+    pub bounds: Bounds,
+    /// Round obstacles.
+    #[serde(default)]
+    pub discs: Vec<Disc>,
+    /// Thin walls.
+    #[serde(default)]
+    pub segments: Vec<Segment>,
+    /// Solid obstacles.
+    #[serde(default)]
+    pub polygons: Vec<Polygon>,
+    /// Walking people.
+    #[serde(default)]
+    pub people: Vec<Person>,
+    /// Where the robot stands at reset. At reset the `odom` frame coincides with the world frame.
+    pub start: Pose,
+    /// Where it must go, m.
+    pub goal: Point,
+}
