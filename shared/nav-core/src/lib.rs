@@ -5,13 +5,27 @@
 //! all call this crate, so there is one observation, one reward, one set of metrics and one way of acting.
 //!
 //! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for), then
-//! [`scan`] → [`local_map`] → [`subgoal`] → [`observation`] (what a policy sees), [`network`] (how it is
-//! evaluated), [`navigator`] (when it decides), [`guard`] (what may leave), [`controller`] (all of it: the
-//! tick); [`reward`] and [`metrics`] judge the result.
+//! [`scan`] → [`local_map`] → [`geodesic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
+//! (when it decides), [`network`] (how it is evaluated), [`guard`] (what may leave), [`controller`] (all of
+//! it: the tick); [`reward`] and [`metrics`] judge the result, [`manifest`] says what a model is.
 #![no_std]
 
 pub mod geometry;
 pub mod messages;
-pub mod network;
 pub mod task;
 pub mod topics;
+
+pub mod geodesic;
+pub mod local_map;
+pub mod navigator;
+pub mod observation;
+pub mod scan;
+pub mod subgoal;
+
+pub mod controller;
+pub mod guard;
+pub mod network;
+
+pub mod manifest;
+pub mod metrics;
+pub mod reward;

@@ -147,7 +147,6 @@ impl Lidar {
     /// From one beam to the next, rad.
     pub fn angle_increment_rad(&self) -> f32 {
         let gaps = if self.is_full_circle() { self.beam_count } else { self.beam_count.saturating_sub(1) };
-        #[expect(clippy::cast_precision_loss, reason = "at most MAX_BEAMS")]
         let gaps = gaps.max(1) as f32;
         self.field_of_view_rad.min(TAU) / gaps
     }
@@ -160,7 +159,6 @@ impl Lidar {
 
 impl Task {
     /// [`Self::control_period_s`] as a whole number of nanoseconds.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked positive and small")]
     pub fn control_period_ns(&self) -> u64 {
         libm::round(f64::from(self.control_period_s) * 1e6) as u64 * 1000
     }

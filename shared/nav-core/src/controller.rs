@@ -1,0 +1,209 @@
+//! The tick: from messages to a velocity command. The one definition of acting, for the robot, for
+//! evaluation and for the frozen low level in training.
+
+use crate::guard::Guard;
+use crate::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, fault};
+use crate::navigator::{DecisionReason, Navigator};
+use crate::network::Network;
+use crate::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION, expand_candidates};
+use crate::task::{ACTION_COUNT, ACTION_GOAL, Task};
+
+/// Everything a tick reads: the newest message of each topic, `seq` 0 where none was ever received.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The newest scan.
+    pub scan: &'a LaserScan,
+    /// The newest odometry.
+    pub odom: &'a Odometry,
+    /// The newest goal.
+    pub goal: &'a Goal,
+}
+
+/// What a tick did, small enough to copy around.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TickStatus {
+    /// What the controller is doing.
+    pub state: RunState,
+    /// [`fault`] bits.
+    pub faults: u32,
+    /// Why a decision was taken in this tick, if one was.
+    pub decided: Option<DecisionReason>,
+    /// The action being carried out (see [`crate::task`]).
+    pub action: usize,
+    /// Its subgoal, `odom` frame, m.
+    pub subgoal_m: (f32, f32),
+    /// Straight distance to the goal, m.
+    pub goal_distance_m: f32,
+}
+
+/// Two networks (or one: a flat policy always chooses GOAL), the navigator and the guard.
+///
+/// `S` is the networks' memory: anything that lends a slice, so that the caller decides where weights live.
+#[derive(Debug)]
+pub struct Controller<S> {
+    task: Task,
+    navigator: Navigator,
+    guard: Guard,
+    high: Option<Network<S>>,
+    low: Network<S>,
+    candidates: [f32; ACTION_COUNT * CANDIDATE_FEATURES],
+    values: [f32; ACTION_COUNT],
+    low_observation: [f32; LOW_OBSERVATION],
+    commands: u64,
+    goal_id: Option<u32>,
+    last_scan_seq: u64,
+}
+
+/// A network whose shape is not what the observation layout says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShapeError {
+    /// `dqn` or `td3`.
+    pub network: &'static str,
+    /// Input and output lengths that the layout asks for.
+    pub expected: (usize, usize),
+    /// Those of the network.
+    pub found: (usize, usize),
+}
+
+impl core::fmt::Display for ShapeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { network, expected, found } = self;
+        write!(
+            f,
+            "the {network} network maps {} numbers to {}, but this build's observation layout needs {} to {}: \
+             use a model exported by the same version",
+            found.0, found.1, expected.0, expected.1
+        )
+    }
+}
+
+impl core::error::Error for ShapeError {}
+
+impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
+    /// A controller at a standstill, before its first goal. Without a `high` network it is a flat policy.
+    ///
+    /// # Errors
+    /// A network of another shape.
+    pub fn new(task: &Task, high: Option<Network<S>>, low: Network<S>) -> Result<Self, ShapeError> {
+        let check = |network, found: (usize, usize), expected: (usize, usize)| {
+            if found == expected { Ok(()) } else { Err(ShapeError { network, expected, found }) }
+        };
+        check("td3", (low.input_len(), low.output_len()), (LOW_OBSERVATION, LOW_ACTION))?;
+        if let Some(high) = &high {
+            let expected = (ACTION_COUNT * CANDIDATE_FEATURES, ACTION_COUNT);
+            check("dqn", (high.input_len(), high.output_len()), expected)?;
+        }
+        Ok(Self {
+            task: *task,
+            navigator: Navigator::new(task),
+            guard: Guard::new(task),
+            high,
+            low,
+            candidates: [0.0; ACTION_COUNT * CANDIDATE_FEATURES],
+            values: [0.0; ACTION_COUNT],
+            low_observation: [0.0; LOW_OBSERVATION],
+            commands: 0,
+            goal_id: None,
+            last_scan_seq: 0,
+        })
+    }
+
+    /// One control tick at `now_ns` (monotonic): what to do now, and what happened.
+    ///
+    /// Faulty input commands a ramp to zero in the same tick. The same scan seen twice is driven on with
+    /// the guard's limits, without counting as a step of the policy.
+    pub fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
+        let Inputs { scan, odom, goal } = inputs;
+        let mut status = TickStatus { action: ACTION_GOAL, ..TickStatus::default() };
+        status.faults =
+            self.guard.inspect(now_ns, scan, odom, goal) | self.guard.inspect_scan(&self.navigator, scan);
+        let mut wish = (0.0, 0.0);
+        if status.faults & fault::STOPPING == 0 {
+            if self.goal_id != Some(goal.id) {
+                self.goal_id = Some(goal.id);
+                self.guard.restart_from(odom.linear_mps, odom.angular_radps);
+            }
+            if scan.header.seq != self.last_scan_seq {
+                self.last_scan_seq = scan.header.seq;
+                self.navigator.observe(scan, odom, goal);
+            }
+            if self.navigator.goal_reached() {
+                status.state = RunState::Reached;
+            } else {
+                status.state = RunState::Driving;
+                wish = self.act(&mut status);
+            }
+        } else {
+            let missing = fault::STALE_SCAN | fault::STALE_ODOM | fault::NO_GOAL;
+            let only_missing = status.faults & fault::STOPPING & !missing == 0;
+            status.state = if only_missing { RunState::Ready } else { RunState::Stopped };
+        }
+        let (linear_mps, angular_radps, limited) = self.guard.limit(wish);
+        status.faults |= limited;
+        if limited & fault::NON_FINITE != 0 {
+            status.state = RunState::Stopped;
+        }
+        status.goal_distance_m = self.navigator.goal_distance_m();
+        if let Some(decision) = self.navigator.decision() {
+            status.action = decision.action;
+            status.subgoal_m = (decision.subgoal.x, decision.subgoal.y);
+        }
+        self.commands += 1;
+        let command = CmdVel {
+            header: Header { stamp_ns: now_ns, seq: self.commands },
+            linear_mps,
+            angular_radps,
+            scan_seq: scan.header.seq,
+            faults: status.faults,
+            reserved: 0,
+        };
+        (command, status)
+    }
+
+    /// Decides if a decision is due, then asks the low level. A value that is not finite falls back to a NaN
+    /// wish, which the guard turns into a named stop.
+    fn act(&mut self, status: &mut TickStatus) -> (f32, f32) {
+        if let Some(reason) = self.navigator.decision_due() {
+            status.decided = Some(reason);
+            let action = match &mut self.high {
+                None => {
+                    self.navigator.commit(ACTION_GOAL);
+                    ACTION_GOAL
+                }
+                Some(high) => {
+                    let (observation, mask) = self.navigator.prepare_decision();
+                    expand_candidates(observation, &mut self.candidates);
+                    high.run(&self.candidates, &mut self.values);
+                    let Some(action) = mask.best(&self.values, self.task.decision.deviation_margin) else {
+                        return (f32::NAN, f32::NAN);
+                    };
+                    self.navigator.commit(action);
+                    action
+                }
+            };
+            status.action = action;
+        }
+        if self.navigator.is_waiting() {
+            return (0.0, 0.0);
+        }
+        self.navigator.encode_low(&mut self.low_observation);
+        let mut action = [0.0; LOW_ACTION];
+        self.low.run(&self.low_observation, &mut action);
+        self.navigator.decode_low(action)
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The navigator, for pictures and records.
+    pub fn navigator(&self) -> &Navigator {
+        &self.navigator
+    }
+
+    /// The high level's values of the last decision, by action.
+    pub fn values(&self) -> &[f32; ACTION_COUNT] {
+        &self.values
+    }
+}

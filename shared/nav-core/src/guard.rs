@@ -1,0 +1,197 @@
+//! The guard: what may leave for the base. First version: stale, impossible or non-finite input stops the
+//! robot in the same tick; speed and acceleration are limited always, also while stopping.
+
+use crate::messages::{Goal, LaserScan, Odometry, fault};
+use crate::navigator::Navigator;
+use crate::scan::VALID_BEAM_SHARE_MIN;
+use crate::task::Task;
+
+/// A scan older than this many control periods is stale.
+pub const SCAN_AGE_PERIODS: f64 = 2.5;
+/// Odometry older than this many control periods is stale.
+pub const ODOM_AGE_PERIODS: f64 = 5.0;
+/// No input may be older than this, ns, however long the period.
+pub const AGE_LIMIT_NS: u64 = 500_000_000;
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    task: Task,
+    last_linear_mps: f32,
+    last_angular_radps: f32,
+    last_scan: (u64, u64),
+    last_odom: (u64, u64),
+}
+
+impl Guard {
+    /// At a standstill.
+    pub fn new(task: &Task) -> Self {
+        Self {
+            task: *task,
+            last_linear_mps: 0.0,
+            last_angular_radps: 0.0,
+            last_scan: (0, 0),
+            last_odom: (0, 0),
+        }
+    }
+
+    /// What is wrong with the inputs at `now_ns`, as [`fault`] bits.
+    pub fn inspect(&mut self, now_ns: u64, scan: &LaserScan, odom: &Odometry, goal: &Goal) -> u32 {
+        let period_ns = self.task.control_period_ns() as f64;
+        let limit_ns = |periods: f64| ((periods * period_ns) as u64).min(AGE_LIMIT_NS);
+        let mut faults = 0;
+        if !scan.header.is_received() || scan.header.age_ns(now_ns) > limit_ns(SCAN_AGE_PERIODS) {
+            faults |= fault::STALE_SCAN;
+        }
+        if !odom.header.is_received() || odom.header.age_ns(now_ns) > limit_ns(ODOM_AGE_PERIODS) {
+            faults |= fault::STALE_ODOM;
+        }
+        if !goal.header.is_received() {
+            faults |= fault::NO_GOAL;
+        }
+        let scan_now = (scan.header.seq, scan.header.stamp_ns);
+        let odom_now = (odom.header.seq, odom.header.stamp_ns);
+        if scan.header.is_from_future(now_ns)
+            || odom.header.is_from_future(now_ns)
+            || runs_backwards(self.last_scan, scan_now)
+            || runs_backwards(self.last_odom, odom_now)
+        {
+            faults |= fault::BAD_CLOCK;
+        }
+        (self.last_scan, self.last_odom) = (scan_now, odom_now);
+        let numbers = [
+            odom.pose.x_m,
+            odom.pose.y_m,
+            odom.pose.yaw_rad,
+            odom.linear_mps,
+            odom.angular_radps,
+            goal.x_m,
+            goal.y_m,
+            goal.radius_m,
+        ];
+        // Beyond 100 km a float has no centimetres left.
+        if numbers.iter().any(|value| !value.is_finite() || value.abs() > 1e5) {
+            faults |= fault::BAD_INPUT;
+        }
+        faults
+    }
+
+    /// What is wrong with the scan itself, as [`fault`] bits: another geometry, or too few valid beams.
+    pub fn inspect_scan(&self, navigator: &Navigator, scan: &LaserScan) -> u32 {
+        if !scan.header.is_received() {
+            return 0;
+        }
+        let valid = scan.ranges_m().iter().filter(|range| **range >= self.task.lidar.range_min_m).count();
+        let enough = valid as f32 >= VALID_BEAM_SHARE_MIN * scan.ranges_m().len() as f32;
+        if navigator.accepts(scan) && enough { 0 } else { fault::BAD_SCAN }
+    }
+
+    /// Cuts a wish (m/s, rad/s) to the limits of speed and acceleration; a wish that is not finite is zero.
+    /// Returns what may leave, and why it differs as [`fault`] bits.
+    pub fn limit(&mut self, wish: (f32, f32)) -> (f32, f32, u32) {
+        let robot = &self.task.robot;
+        let mut faults = 0;
+        let (mut linear, mut angular) = wish;
+        if !linear.is_finite() || !angular.is_finite() {
+            faults |= fault::NON_FINITE;
+            (linear, angular) = (0.0, 0.0);
+        }
+        let speed = (
+            linear.clamp(0.0, robot.linear_max_mps),
+            angular.clamp(-robot.angular_max_radps, robot.angular_max_radps),
+        );
+        if speed != (linear, angular) {
+            faults |= fault::SPEED_LIMITED;
+        }
+        let step = |last: f32, wish: f32, rate: f32| {
+            let change = rate * self.task.control_period_s;
+            wish.clamp(last - change, last + change)
+        };
+        let out = (
+            step(self.last_linear_mps, speed.0, robot.linear_acceleration_mps2),
+            step(self.last_angular_radps, speed.1, robot.angular_acceleration_radps2),
+        );
+        if out != speed {
+            faults |= fault::ACCELERATION_LIMITED;
+        }
+        (self.last_linear_mps, self.last_angular_radps) = out;
+        (out.0, out.1, faults)
+    }
+
+    /// Starts afresh from a measured velocity (m/s, rad/s): after a new goal, or a reset of the base.
+    pub fn restart_from(&mut self, linear_mps: f32, angular_radps: f32) {
+        let robot = &self.task.robot;
+        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        self.last_linear_mps = finite(linear_mps).clamp(0.0, robot.linear_max_mps);
+        self.last_angular_radps =
+            finite(angular_radps).clamp(-robot.angular_max_radps, robot.angular_max_radps);
+    }
+}
+
+/// Whether (seq, stamp) went back, or the stamp stood still while seq went on.
+fn runs_backwards(last: (u64, u64), now: (u64, u64)) -> bool {
+    now.0 < last.0 || now.1 < last.1 || (now.0 > last.0 && now.1 == last.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::Header;
+
+    fn fresh(now_ns: u64) -> (LaserScan, Odometry, Goal) {
+        let header = Header { stamp_ns: now_ns, seq: 7 };
+        (
+            LaserScan { header, ..LaserScan::default() },
+            Odometry { header, ..Odometry::default() },
+            Goal { header, radius_m: 0.3, ..Goal::default() },
+        )
+    }
+
+    #[test]
+    fn fresh_inputs_pass_and_each_fault_is_named() {
+        let now = 1_000_000_000;
+        let (scan, odom, goal) = fresh(now);
+        let inspect = |scan: &LaserScan, odom: &Odometry, goal: &Goal, now: u64| {
+            Guard::new(&Task::default()).inspect(now, scan, odom, goal)
+        };
+        assert_eq!(inspect(&scan, &odom, &goal, now), 0);
+        assert_eq!(inspect(&scan, &odom, &goal, now + 250_000_000), 0);
+        assert_eq!(inspect(&scan, &odom, &goal, now + 250_000_001), fault::STALE_SCAN);
+        assert_eq!(inspect(&scan, &odom, &goal, now + 500_000_001), fault::STALE_SCAN | fault::STALE_ODOM);
+        assert_eq!(inspect(&scan, &odom, &Goal::default(), now), fault::NO_GOAL);
+        assert_eq!(inspect(&LaserScan::default(), &odom, &goal, now), fault::STALE_SCAN);
+        assert_eq!(inspect(&scan, &odom, &goal, now - 1), fault::BAD_CLOCK);
+        let mut lost = odom;
+        lost.pose.x_m = f32::NAN;
+        assert_eq!(inspect(&scan, &lost, &goal, now), fault::BAD_INPUT);
+    }
+
+    #[test]
+    fn time_may_not_run_backwards() {
+        let now = 1_000_000_000;
+        let (mut scan, odom, goal) = fresh(now);
+        let mut guard = Guard::new(&Task::default());
+        assert_eq!(guard.inspect(now, &scan, &odom, &goal), 0);
+        assert_eq!(guard.inspect(now, &scan, &odom, &goal), 0, "the same scan again is merely old");
+        scan.header.seq = 6;
+        assert_eq!(guard.inspect(now, &scan, &odom, &goal), fault::BAD_CLOCK);
+        scan.header = Header { seq: 8, stamp_ns: now };
+        let mut guard = Guard::new(&Task::default());
+        guard.inspect(now, &fresh(now).0, &odom, &goal);
+        assert_eq!(guard.inspect(now, &scan, &odom, &goal), fault::BAD_CLOCK, "a frozen clock");
+    }
+
+    #[test]
+    fn wishes_are_cut_to_the_limits() {
+        let mut guard = Guard::new(&Task::default());
+        let (linear, angular, faults) = guard.limit((9.0, -9.0));
+        assert!((linear - 0.2).abs() < 1e-6 && (angular + 0.4).abs() < 1e-6);
+        assert_eq!(faults, fault::SPEED_LIMITED | fault::ACCELERATION_LIMITED);
+        for _ in 0..20 {
+            guard.limit((9.0, -9.0));
+        }
+        assert_eq!(guard.limit((1.0, -1.0)), (1.0, -1.0, 0));
+        let (linear, _, faults) = guard.limit((f32::NAN, 0.0));
+        assert!(linear < 1.0 && faults & fault::NON_FINITE != 0, "a ramp to zero, named");
+    }
+}

@@ -1,0 +1,273 @@
+//! A rolling map around the robot, of fixed size: what was seen occupied, and where the robot has been.
+//!
+//! 64 x 64 cells of 0.25 m in the `odom` frame, stored as a torus: a cell's place is its world index modulo
+//! 64, and rows and columns that the window leaves are cleared. Occupancy is evidence that hits raise and
+//! passing beams lower, so that people do not burn in.
+
+use crate::geometry::Point;
+use crate::scan::ScanView;
+
+/// Cells a side.
+pub const MAP_CELLS: usize = 64;
+/// Side of a cell, m.
+pub const CELL_M: f32 = 0.25;
+const MASK: i32 = MAP_CELLS as i32 - 1;
+const EVIDENCE_MAX: i8 = 8;
+const EVIDENCE_MIN: i8 = -4;
+const EVIDENCE_HIT: i8 = 3;
+/// Evidence from which a cell counts as occupied.
+const OCCUPIED: i8 = 3;
+
+/// A cell by its world index: the cell holds x in [ix, ix + 1) * [`CELL_M`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// Column.
+    pub ix: i32,
+    /// Row.
+    pub iy: i32,
+}
+
+impl Cell {
+    /// The cell that holds a point of the `odom` frame.
+    pub fn of(point: Point) -> Self {
+        Self { ix: floor_to_cell(point.x), iy: floor_to_cell(point.y) }
+    }
+
+    /// Its centre in the `odom` frame, m.
+    pub fn center(self) -> Point {
+        Point::new((self.ix as f32 + 0.5) * CELL_M, (self.iy as f32 + 0.5) * CELL_M)
+    }
+
+    fn slot(self) -> usize {
+        ((self.iy & MASK) as usize) * MAP_CELLS + (self.ix & MASK) as usize
+    }
+}
+
+fn floor_to_cell(coordinate_m: f32) -> i32 {
+    floor(coordinate_m * (1.0 / CELL_M))
+}
+
+/// The next whole number at or below `value`: two instructions where `libm::floorf` is a call.
+fn floor(value: f32) -> i32 {
+    let truncated = value as i32;
+    truncated - i32::from((truncated as f32) > value)
+}
+
+/// The rolling map.
+#[derive(Clone, Debug)]
+pub struct LocalMap {
+    /// World index of the window's lower left cell.
+    origin: Cell,
+    evidence: [i8; MAP_CELLS * MAP_CELLS],
+    visits: [u8; MAP_CELLS * MAP_CELLS],
+}
+
+impl LocalMap {
+    /// An empty map around `center` (`odom` frame).
+    pub fn new(center: Point) -> Self {
+        Self {
+            origin: origin_around(center),
+            evidence: [0; MAP_CELLS * MAP_CELLS],
+            visits: [0; MAP_CELLS * MAP_CELLS],
+        }
+    }
+
+    /// Forgets everything and centres on `center`.
+    pub fn clear(&mut self, center: Point) {
+        self.origin = origin_around(center);
+        self.evidence.fill(0);
+        self.visits.fill(0);
+    }
+
+    /// World index of the window's lower left cell.
+    pub fn origin(&self) -> Cell {
+        self.origin
+    }
+
+    /// Whether a cell lies in the window.
+    pub fn contains(&self, cell: Cell) -> bool {
+        let (dx, dy) = (cell.ix - self.origin.ix, cell.iy - self.origin.iy);
+        (0..MAP_CELLS as i32).contains(&dx) && (0..MAP_CELLS as i32).contains(&dy)
+    }
+
+    /// Moves the window so that `center` is in its middle, forgetting what it leaves.
+    pub fn recenter(&mut self, center: Point) {
+        let target = origin_around(center);
+        let (dx, dy) = (target.ix - self.origin.ix, target.iy - self.origin.iy);
+        // A jump (a new localisation, say) leaves the whole window behind.
+        if dx.abs() >= MAP_CELLS as i32 || dy.abs() >= MAP_CELLS as i32 {
+            self.clear(center);
+            return;
+        }
+        let first_new = |from: i32, to: i32| if to > from { from + MAP_CELLS as i32 } else { to };
+        for step in 0..dx.abs() {
+            self.clear_column(first_new(self.origin.ix, target.ix) + step);
+        }
+        for step in 0..dy.abs() {
+            self.clear_row(first_new(self.origin.iy, target.iy) + step);
+        }
+        self.origin = target;
+    }
+
+    fn clear_column(&mut self, ix: i32) {
+        let column = (ix & MASK) as usize;
+        for row in 0..MAP_CELLS {
+            self.evidence[row * MAP_CELLS + column] = 0;
+            self.visits[row * MAP_CELLS + column] = 0;
+        }
+    }
+
+    fn clear_row(&mut self, iy: i32) {
+        let start = ((iy & MASK) as usize) * MAP_CELLS;
+        self.evidence[start..start + MAP_CELLS].fill(0);
+        self.visits[start..start + MAP_CELLS].fill(0);
+    }
+
+    /// Adds a step's stay at `position`.
+    pub fn visit(&mut self, position: Point) {
+        let cell = Cell::of(position);
+        if self.contains(cell) {
+            let count = &mut self.visits[cell.slot()];
+            *count = count.saturating_add(1);
+        }
+    }
+
+    /// Adds a scan taken at `position` with heading (`cos`, `sin`) in the `odom` frame.
+    pub fn integrate(&mut self, position: Point, cos: f32, sin: f32, scan: &ScanView) {
+        const SCALE: f32 = 1.0 / CELL_M;
+        for &(ray_cos, ray_sin, free_m) in scan.rays() {
+            let (dir_x, dir_y) = (cos * ray_cos - sin * ray_sin, sin * ray_cos + cos * ray_sin);
+            // Sampling a cell apart, up to a cell short of the hit, keeps walls from being eaten.
+            let samples = ((free_m - CELL_M) * SCALE) as i32;
+            let (mut x, mut y) = (position.x * SCALE, position.y * SCALE);
+            for _ in 0..samples {
+                x += dir_x;
+                y += dir_y;
+                let cell = Cell { ix: floor(x), iy: floor(y) };
+                if self.contains(cell) {
+                    let evidence = &mut self.evidence[cell.slot()];
+                    *evidence = (*evidence - 1).max(EVIDENCE_MIN);
+                }
+            }
+        }
+        for hit in scan.hits() {
+            let (local_x, local_y) = (hit.point.x, hit.point.y);
+            let point = Point::new(
+                position.x + cos * local_x - sin * local_y,
+                position.y + sin * local_x + cos * local_y,
+            );
+            let cell = Cell::of(point);
+            if self.contains(cell) {
+                let evidence = &mut self.evidence[cell.slot()];
+                *evidence = (*evidence + EVIDENCE_HIT).min(EVIDENCE_MAX);
+            }
+        }
+    }
+
+    /// Steps spent per cell in the 3 x 3 cells around a point; 0 outside the window.
+    pub fn visit_density(&self, point: Point) -> f32 {
+        let center = Cell::of(point);
+        let mut sum = 0_u32;
+        for iy in center.iy - 1..=center.iy + 1 {
+            for ix in center.ix - 1..=center.ix + 1 {
+                let cell = Cell { ix, iy };
+                if self.contains(cell) {
+                    sum += u32::from(self.visits[cell.slot()]);
+                }
+            }
+        }
+        sum as f32 / 9.0
+    }
+
+    /// Whether a cell of the window is occupied.
+    pub fn is_occupied(&self, cell: Cell) -> bool {
+        self.contains(cell) && self.evidence[cell.slot()] >= OCCUPIED
+    }
+
+    /// The occupied cells as bits: bit `c` of word `r` is the cell at `origin + (c, r)`.
+    pub fn occupancy_rows(&self) -> [u64; MAP_CELLS] {
+        let mut rows = [0_u64; MAP_CELLS];
+        let shift = (self.origin.ix & MASK) as u32;
+        for (row, bits) in rows.iter_mut().enumerate() {
+            let start = (((self.origin.iy + row as i32) & MASK) as usize) * MAP_CELLS;
+            let mut word = 0_u64;
+            for (column, &evidence) in self.evidence[start..start + MAP_CELLS].iter().enumerate() {
+                word |= u64::from(evidence >= OCCUPIED) << column;
+            }
+            *bits = word.rotate_right(shift);
+        }
+        rows
+    }
+}
+
+fn origin_around(center: Point) -> Cell {
+    let middle = Cell::of(center);
+    Cell { ix: middle.ix - MAP_CELLS as i32 / 2, iy: middle.iy - MAP_CELLS as i32 / 2 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::LaserScan;
+    use crate::scan::ScanGeometry;
+    use crate::task::Task;
+
+    fn ring(range_m: f32) -> ScanView {
+        let task = Task::default();
+        let geometry = ScanGeometry::new(&task);
+        let mut scan = LaserScan {
+            angle_min_rad: task.lidar.angle_min_rad(),
+            angle_increment_rad: task.lidar.angle_increment_rad(),
+            range_max_m: task.lidar.range_max_m,
+            beam_count: task.lidar.beam_count,
+            ..LaserScan::default()
+        };
+        scan.ranges_m = [range_m; crate::messages::MAX_BEAMS];
+        let mut view = ScanView::new(&geometry);
+        view.update(&geometry, &scan);
+        view
+    }
+
+    #[test]
+    fn hits_occupy_and_passing_beams_clear() {
+        let here = Point::new(0.1, -0.1);
+        let mut map = LocalMap::new(here);
+        map.integrate(here, 1.0, 0.0, &ring(2.0));
+        assert!(map.is_occupied(Cell::of(Point::new(2.1, -0.1))));
+        assert!(!map.is_occupied(Cell::of(Point::new(1.0, -0.1))));
+        for _ in 0..12 {
+            map.integrate(here, 1.0, 0.0, &ring(4.0));
+        }
+        assert!(!map.is_occupied(Cell::of(Point::new(2.1, -0.1))), "a person that left must vanish");
+    }
+
+    #[test]
+    fn the_window_forgets_what_it_leaves_and_keeps_the_rest() {
+        let here = Point::new(0.0, 0.0);
+        let mut map = LocalMap::new(here);
+        map.visit(Point::new(-7.0, 0.0));
+        map.visit(Point::new(3.0, 0.0));
+        map.recenter(Point::new(4.0, 0.0));
+        assert!(map.visit_density(Point::new(3.0, 0.0)) > 0.0);
+        // The cell that left aliases onto a new one, which must be clean.
+        assert!(map.visit_density(Point::new(9.0, 0.0)) == 0.0);
+        map.recenter(Point::new(0.0, 0.0));
+        assert!(map.visit_density(Point::new(-7.0, 0.0)) == 0.0);
+        assert!(map.visit_density(Point::new(3.0, 0.0)) > 0.0);
+    }
+
+    #[test]
+    fn occupancy_rows_are_relative_to_the_origin() {
+        let here = Point::new(10.3, -4.7);
+        let mut map = LocalMap::new(here);
+        map.integrate(here, 0.0, 1.0, &ring(1.5));
+        let rows = map.occupancy_rows();
+        for (row, &bits) in rows.iter().enumerate() {
+            for column in 0..MAP_CELLS {
+                let cell = Cell { ix: map.origin().ix + column as i32, iy: map.origin().iy + row as i32 };
+                assert_eq!(bits >> column & 1 == 1, map.is_occupied(cell));
+            }
+        }
+        assert!(rows.iter().any(|&bits| bits != 0));
+    }
+}

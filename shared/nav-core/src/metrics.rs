@@ -1,0 +1,245 @@
+//! What an episode is judged by. One accumulator, fed once a step with the truth, for every program.
+//!
+//! | metric | unit | meaning |
+//! |---|---|---|
+//! | time | s | from start to the end of the episode |
+//! | path length | m | driven |
+//! | path efficiency | 1 | shortest way (known map) over path length, successes only; also against the straight line, as the paper takes it |
+//! | SPL | 1 | success weighted by path length (Anderson et al. 2018): 0 on failure |
+//! | smoothness | 1 | mean over steps of 1 - min(change of heading / 90 degrees, 1), the paper's R_smooth without its 0.1 |
+//! | log jerk | 1 | -ln of the dimensionless squared jerk of the speed (Balasubramanian et al. 2015); higher is smoother |
+//! | clearance | m | smallest and mean distance from the footprint to anything |
+//! | time to collision | s | smallest at the velocities of the moment |
+//! | spin | 1 | share of steps whose last 2 s moved less than 0.25 m net and turned more than 0.8 rad |
+
+use crate::geometry::{Pose, wrap_angle};
+use heapless::Deque;
+use serde::{Deserialize, Serialize};
+
+const SPIN_WINDOW_S: f32 = 2.0;
+const SPIN_MOVED_M: f32 = 0.25;
+const SPIN_TURNED_RAD: f32 = 0.8;
+/// Longest spin window, steps.
+const SPIN_STEPS_MAX: usize = 256;
+
+/// How an episode ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EpisodeEnd {
+    /// The goal was reached.
+    Success,
+    /// The robot hit something, or was hit.
+    Collision,
+    /// Time ran out.
+    Timeout,
+}
+
+/// The truth of one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepTruth {
+    /// Where the robot is, world frame.
+    pub pose: Pose,
+    /// How fast it drives, m/s.
+    pub linear_mps: f32,
+    /// From the footprint to the nearest thing, m.
+    pub clearance_m: f32,
+    /// At the velocities of the moment, s; infinite when nothing is approached.
+    pub time_to_collision_s: f32,
+}
+
+/// What an episode came to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EpisodeMetrics {
+    /// How it ended.
+    pub end: EpisodeEnd,
+    /// Whether a collision happened while the robot stood (below 0.05 m/s).
+    pub hit_while_standing: bool,
+    /// Steps taken.
+    pub steps: u32,
+    /// Duration, s.
+    pub time_s: f32,
+    /// Driven, m.
+    pub path_m: f32,
+    /// Shortest way for the footprint on the known map, m.
+    pub geodesic_m: f32,
+    /// Straight line from start to goal, m.
+    pub euclidean_m: f32,
+    /// Success weighted by path length.
+    pub spl: f32,
+    /// Geodesic over path length, at most 1; of successes only.
+    pub path_efficiency: Option<f32>,
+    /// Straight line over path length, the paper's reference; of successes only.
+    pub path_efficiency_euclidean: Option<f32>,
+    /// See the module.
+    pub smoothness: f32,
+    /// See the module; absent for an episode without motion.
+    pub log_jerk: Option<f32>,
+    /// Smallest clearance, m.
+    pub clearance_min_m: f32,
+    /// Mean clearance, m.
+    pub clearance_mean_m: f32,
+    /// Smallest time to collision, s; absent when nothing was ever approached.
+    pub time_to_collision_min_s: Option<f32>,
+    /// See the module.
+    pub spin: f32,
+}
+
+/// Adds up an episode, step by step.
+#[derive(Clone, Debug)]
+pub struct EpisodeRecorder {
+    period_s: f32,
+    start: Pose,
+    last: Pose,
+    last_speed_mps: f32,
+    last_acceleration_mps2: Option<f32>,
+    steps: u32,
+    path_m: f32,
+    turn_smoothness_sum: f32,
+    squared_jerk_sum: f32,
+    speed_peak_mps: f32,
+    clearance_min_m: f32,
+    clearance_sum_m: f32,
+    time_to_collision_min_s: f32,
+    spin_steps: u32,
+    /// (pose, turned since) of the last spin window.
+    window: Deque<(Pose, f32), SPIN_STEPS_MAX>,
+    window_steps: usize,
+    turned_rad: f32,
+}
+
+impl EpisodeRecorder {
+    /// An episode that starts at `start`, with steps of `period_s`.
+    pub fn new(start: Pose, period_s: f32) -> Self {
+        Self {
+            period_s,
+            start,
+            last: start,
+            last_speed_mps: 0.0,
+            last_acceleration_mps2: None,
+            steps: 0,
+            path_m: 0.0,
+            turn_smoothness_sum: 0.0,
+            squared_jerk_sum: 0.0,
+            speed_peak_mps: 0.0,
+            clearance_min_m: f32::INFINITY,
+            clearance_sum_m: 0.0,
+            time_to_collision_min_s: f32::INFINITY,
+            spin_steps: 0,
+            window: Deque::new(),
+            window_steps: ((SPIN_WINDOW_S / period_s) as usize).clamp(1, SPIN_STEPS_MAX - 1),
+            turned_rad: 0.0,
+        }
+    }
+
+    /// Adds a step.
+    pub fn step(&mut self, truth: &StepTruth) {
+        let turn_rad = wrap_angle(truth.pose.yaw_rad - self.last.yaw_rad).abs();
+        self.steps += 1;
+        self.path_m += (truth.pose.position() - self.last.position()).norm();
+        self.turn_smoothness_sum += 1.0 - (turn_rad.to_degrees() / 90.0).min(1.0);
+        let acceleration = (truth.linear_mps - self.last_speed_mps) / self.period_s;
+        if let Some(before) = self.last_acceleration_mps2 {
+            let jerk = (acceleration - before) / self.period_s;
+            self.squared_jerk_sum += jerk * jerk * self.period_s;
+        }
+        self.last_acceleration_mps2 = Some(acceleration);
+        self.last_speed_mps = truth.linear_mps;
+        self.speed_peak_mps = self.speed_peak_mps.max(truth.linear_mps.abs());
+        self.clearance_min_m = self.clearance_min_m.min(truth.clearance_m);
+        self.clearance_sum_m += truth.clearance_m;
+        self.time_to_collision_min_s = self.time_to_collision_min_s.min(truth.time_to_collision_s);
+        self.count_spin(&truth.pose, turn_rad);
+        self.last = truth.pose;
+    }
+
+    fn count_spin(&mut self, pose: &Pose, turn_rad: f32) {
+        self.turned_rad += turn_rad;
+        if self.window.len() > self.window_steps {
+            self.window.pop_front();
+        }
+        let _ = self.window.push_back((*pose, self.turned_rad));
+        if self.window.len() <= self.window_steps {
+            return;
+        }
+        if let Some((then, turned_then)) = self.window.front() {
+            let moved = (pose.position() - then.position()).norm();
+            if moved < SPIN_MOVED_M && self.turned_rad - turned_then > SPIN_TURNED_RAD {
+                self.spin_steps += 1;
+            }
+        }
+    }
+
+    /// The metrics, given how it ended, the shortest way and the goal's straight distance from the start, m.
+    pub fn finish(
+        &self,
+        end: EpisodeEnd,
+        hit_while_standing: bool,
+        geodesic_m: f32,
+        euclidean_m: f32,
+    ) -> EpisodeMetrics {
+        let steps = self.steps.max(1) as f32;
+        let efficiency = |reference_m: f32| {
+            (end == EpisodeEnd::Success).then(|| (reference_m / self.path_m.max(reference_m)).min(1.0))
+        };
+        let time_s = self.steps as f32 * self.period_s;
+        let dimensionless =
+            time_s * time_s * time_s * self.squared_jerk_sum / (self.speed_peak_mps * self.speed_peak_mps);
+        EpisodeMetrics {
+            end,
+            hit_while_standing,
+            steps: self.steps,
+            time_s,
+            path_m: self.path_m,
+            geodesic_m,
+            euclidean_m,
+            spl: efficiency(geodesic_m).unwrap_or(0.0),
+            path_efficiency: efficiency(geodesic_m),
+            path_efficiency_euclidean: efficiency(euclidean_m),
+            smoothness: self.turn_smoothness_sum / steps,
+            log_jerk: (dimensionless.is_finite() && dimensionless > 0.0).then(|| -libm::logf(dimensionless)),
+            clearance_min_m: if self.steps == 0 { 0.0 } else { self.clearance_min_m },
+            clearance_mean_m: self.clearance_sum_m / steps,
+            time_to_collision_min_s: self
+                .time_to_collision_min_s
+                .is_finite()
+                .then_some(self.time_to_collision_min_s),
+            spin: self.spin_steps as f32 / steps,
+        }
+    }
+
+    /// Where the episode started.
+    pub fn start(&self) -> Pose {
+        self.start
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive(steps: u32, linear_mps: f32, angular_radps: f32) -> EpisodeRecorder {
+        let mut recorder = EpisodeRecorder::new(Pose::default(), 0.1);
+        let mut pose = Pose::default();
+        for _ in 0..steps {
+            pose = pose.advanced(linear_mps, angular_radps, 0.1);
+            recorder.step(&StepTruth { pose, linear_mps, clearance_m: 1.0, time_to_collision_s: 4.0 });
+        }
+        recorder
+    }
+
+    #[test]
+    fn a_straight_drive_is_perfect() {
+        let metrics = drive(50, 1.0, 0.0).finish(EpisodeEnd::Success, false, 5.0, 5.0);
+        assert!((metrics.spl - 1.0).abs() < 1e-4 && (metrics.path_m - 5.0).abs() < 1e-3);
+        assert!((metrics.smoothness - 1.0).abs() < 1e-6 && metrics.spin == 0.0);
+        assert!((metrics.time_s - 5.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn turning_on_the_spot_is_spin_and_failure_has_no_spl() {
+        let metrics = drive(100, 0.0, 1.0).finish(EpisodeEnd::Timeout, false, 5.0, 5.0);
+        assert!(metrics.spin > 0.75, "{}", metrics.spin);
+        assert!(metrics.spl == 0.0 && metrics.path_efficiency.is_none());
+        assert!(drive(100, 0.5, 1.0).finish(EpisodeEnd::Timeout, false, 5.0, 5.0).spin == 0.0);
+    }
+}

@@ -1,0 +1,407 @@
+//! From messages to observations, and from choices to targets: everything of acting but the networks.
+//!
+//! Once a tick: [`Navigator::observe`]; if [`Navigator::decision_due`], [`Navigator::prepare_decision`], a
+//! choice, [`Navigator::commit`]; then [`Navigator::encode_low`] and a low-level action. The trainer calls the
+//! same steps with its own choices; [`crate::controller::Controller`] calls them with the networks'.
+
+use crate::geodesic::Geodesic;
+use crate::geometry::{Point, Pose, wrap_angle};
+use crate::local_map::LocalMap;
+use crate::messages::{Goal, LaserScan, Odometry};
+use crate::observation::{
+    CHANGE_STEPS, Direction, Globals, HIGH_OBSERVATION, LOW_OBSERVATION, Target, compress, encode_high,
+    encode_low,
+};
+use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView, sector_angle_rad};
+use crate::subgoal::{ActionMask, CORRIDOR_CLEARANCE_M, Candidates, direction_angle_rad};
+use crate::task::{ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Memory, Task};
+
+/// The map takes every second scan.
+const MAP_EVERY: u32 = 2;
+/// A WAIT lasts this long, steps.
+const WAIT_STEPS: u32 = 5;
+/// No decision ends earlier than this for a blocked corridor or a threatening person, steps.
+const HOLD_MIN_STEPS: u32 = 4;
+/// The robot is stuck when it has moved less than [`STUCK_M`] in this many steps.
+const STUCK_STEPS: usize = 10;
+const STUCK_M: f32 = 0.1;
+/// Closing speeds below this are noise, m/s.
+const CLOSING_MIN_MPS: f32 = 0.3;
+
+/// Why a new decision is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum DecisionReason {
+    /// A new goal.
+    Start,
+    /// The subgoal is reached.
+    Reached,
+    /// Held for as long as a decision may be.
+    Expired,
+    /// The robot does not move.
+    Stuck,
+    /// Something stands in the way to the subgoal.
+    Blocked,
+    /// Something closes in.
+    Threat,
+}
+
+/// A decision being carried out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActiveDecision {
+    /// What was chosen.
+    pub action: usize,
+    /// Where to drive, `odom` frame; for WAIT the place where it was chosen.
+    pub subgoal: Point,
+    /// Steps since it was chosen.
+    pub held_steps: u32,
+}
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub struct Navigator {
+    task: Task,
+    geometry: ScanGeometry,
+    scan: ScanView,
+    map: LocalMap,
+    geodesic: Geodesic,
+    pose: Pose,
+    linear_mps: f32,
+    angular_radps: f32,
+    goal: Point,
+    goal_radius_m: f32,
+    goal_id: Option<u32>,
+    /// Compressed clearances, now and of the last [`CHANGE_STEPS`] steps, newest first.
+    clearance: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
+    /// Sector ranges and poses of the same steps, for closing speeds.
+    past_ranges_m: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
+    past_poses: [Pose; CHANGE_STEPS + 1],
+    closing_mps: [f32; SECTOR_COUNT],
+    /// Positions of the last [`STUCK_STEPS`] steps, a ring indexed by step.
+    trail: [Point; STUCK_STEPS],
+    steps: u32,
+    best_distance_m: f32,
+    decision: Option<ActiveDecision>,
+    last_action: Option<usize>,
+    last_bearing_rad: f32,
+    candidates: Option<Candidates>,
+    high: [f32; HIGH_OBSERVATION],
+}
+
+impl Navigator {
+    /// Ready for the first goal.
+    pub fn new(task: &Task) -> Self {
+        let geometry = ScanGeometry::new(task);
+        let scan = ScanView::new(&geometry);
+        Self {
+            task: *task,
+            geometry,
+            scan,
+            map: LocalMap::new(Point::origin()),
+            geodesic: Geodesic::default(),
+            pose: Pose::default(),
+            linear_mps: 0.0,
+            angular_radps: 0.0,
+            goal: Point::origin(),
+            goal_radius_m: task.goal_radius_m,
+            goal_id: None,
+            clearance: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
+            past_ranges_m: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
+            past_poses: [Pose::default(); CHANGE_STEPS + 1],
+            closing_mps: [0.0; SECTOR_COUNT],
+            trail: [Point::origin(); STUCK_STEPS],
+            steps: 0,
+            best_distance_m: f32::INFINITY,
+            decision: None,
+            last_action: None,
+            last_bearing_rad: 0.0,
+            candidates: None,
+            high: [0.0; HIGH_OBSERVATION],
+        }
+    }
+
+    /// Whether a scan has the geometry that the task says.
+    pub fn accepts(&self, scan: &LaserScan) -> bool {
+        self.geometry.fits(scan)
+    }
+
+    /// Takes in one step's messages. A goal of a new id forgets everything of the last one.
+    pub fn observe(&mut self, scan: &LaserScan, odom: &Odometry, goal: &Goal) {
+        self.pose = odom.pose;
+        self.linear_mps = odom.linear_mps;
+        self.angular_radps = odom.angular_radps;
+        self.goal = Point::new(goal.x_m, goal.y_m);
+        self.goal_radius_m = goal.radius_m;
+        let is_new = self.goal_id != Some(goal.id);
+        self.scan.update(&self.geometry, scan);
+        if is_new {
+            self.start(goal.id);
+        } else {
+            self.steps += 1;
+        }
+        self.remember(is_new);
+        self.candidates = None;
+        self.best_distance_m = self.best_distance_m.min(self.goal_distance_m());
+        if let Some(decision) = &mut self.decision {
+            decision.held_steps += 1;
+        }
+    }
+
+    fn start(&mut self, goal_id: u32) {
+        self.goal_id = Some(goal_id);
+        self.steps = 0;
+        self.best_distance_m = f32::INFINITY;
+        self.decision = None;
+        self.last_action = None;
+        self.map.clear(self.pose.position());
+        self.trail = [self.pose.position(); STUCK_STEPS];
+    }
+
+    fn remember(&mut self, is_first: bool) {
+        let radius_m = self.task.robot.radius_m;
+        let span_m = self.geometry.range_max_m() - radius_m;
+        let mut now = [0.0; SECTOR_COUNT];
+        for (value, &range_m) in now.iter_mut().zip(self.scan.sectors_m()) {
+            *value = compress(range_m - radius_m, span_m);
+        }
+        if is_first {
+            self.clearance.fill(now);
+            self.past_ranges_m.fill(*self.scan.sectors_m());
+            self.past_poses.fill(self.pose);
+        } else {
+            self.clearance.rotate_right(1);
+            self.past_ranges_m.rotate_right(1);
+            self.past_poses.rotate_right(1);
+            self.clearance[0] = now;
+            self.past_ranges_m[0] = *self.scan.sectors_m();
+            self.past_poses[0] = self.pose;
+        }
+        self.measure_closing();
+        self.trail[self.steps as usize % STUCK_STEPS] = self.pose.position();
+        self.map.recenter(self.pose.position());
+        self.map.visit(self.pose.position());
+        if self.steps.is_multiple_of(MAP_EVERY) && self.task.decision.memory == Memory::Full {
+            let (sin, cos) = libm::sincosf(self.pose.yaw_rad);
+            self.map.integrate(self.pose.position(), cos, sin, &self.scan);
+        }
+    }
+
+    /// Speed at which each sector closes in beyond what the robot's own motion explains, m/s: the range seen
+    /// in that direction [`CHANGE_STEPS`] steps ago, carried forward by the robot's displacement, less the
+    /// range now.
+    fn measure_closing(&mut self) {
+        let span_s = CHANGE_STEPS as f32 * self.task.control_period_s;
+        let then = &self.past_poses[CHANGE_STEPS];
+        let moved = self.pose.position() - then.position();
+        let turned_rad = self.pose.yaw_rad - then.yaw_rad;
+        const PER_SECTOR: f32 = core::f32::consts::TAU / SECTOR_COUNT as f32;
+        let shift = libm::roundf(turned_rad / PER_SECTOR) as i32;
+        for sector in 0..SECTOR_COUNT {
+            let (sin, cos) = libm::sincosf(self.pose.yaw_rad + sector_angle_rad(sector));
+            let approach_m = moved.x * cos + moved.y * sin;
+            let from = (sector as i32 + shift).rem_euclid(SECTOR_COUNT as i32) as usize;
+            // The nearest of three sectors: an edge that slid by a sector is not a person.
+            let before = &self.past_ranges_m[CHANGE_STEPS];
+            let neighbours = [(from + SECTOR_COUNT - 1) % SECTOR_COUNT, from, (from + 1) % SECTOR_COUNT];
+            let nearest_m = neighbours.iter().fold(f32::INFINITY, |nearest, &at| nearest.min(before[at]));
+            let closing = (nearest_m - approach_m - self.scan.sectors_m()[sector]) / span_s;
+            self.closing_mps[sector] = if closing > CLOSING_MIN_MPS { closing.min(3.0) } else { 0.0 };
+        }
+    }
+
+    /// Straight distance to the goal, m.
+    pub fn goal_distance_m(&self) -> f32 {
+        (self.goal - self.pose.position()).norm()
+    }
+
+    /// Whether the goal is reached.
+    pub fn goal_reached(&self) -> bool {
+        self.goal_id.is_some() && self.goal_distance_m() < self.goal_radius_m
+    }
+
+    /// The newest pose, `odom_from_robot`.
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// The goal, `odom` frame, m.
+    pub fn goal(&self) -> Point {
+        self.goal
+    }
+
+    /// The digested scan.
+    pub fn scan(&self) -> &ScanView {
+        &self.scan
+    }
+
+    /// The rolling map.
+    pub fn map(&self) -> &LocalMap {
+        &self.map
+    }
+
+    /// The decision being carried out.
+    pub fn decision(&self) -> Option<&ActiveDecision> {
+        self.decision.as_ref()
+    }
+
+    /// Why a new decision is due now, if one is.
+    pub fn decision_due(&self) -> Option<DecisionReason> {
+        let Some(decision) = &self.decision else { return Some(DecisionReason::Start) };
+        let limits = &self.task.decision;
+        if decision.action == ACTION_WAIT {
+            return (decision.held_steps >= WAIT_STEPS).then_some(DecisionReason::Expired);
+        }
+        if decision.held_steps >= limits.hold_steps {
+            return Some(DecisionReason::Expired);
+        }
+        let to_subgoal = decision.subgoal - self.pose.position();
+        let rest_m = to_subgoal.norm();
+        if decision.action != ACTION_GOAL && rest_m < limits.subgoal_reached_m {
+            return Some(DecisionReason::Reached);
+        }
+        if decision.held_steps < HOLD_MIN_STEPS {
+            return None;
+        }
+        let oldest = self.trail[(self.steps as usize + 1) % STUCK_STEPS];
+        if decision.held_steps as usize >= STUCK_STEPS && (self.pose.position() - oldest).norm() < STUCK_M {
+            return Some(DecisionReason::Stuck);
+        }
+        if decision.action != ACTION_GOAL && self.is_blocked(decision.subgoal, rest_m) {
+            return Some(DecisionReason::Blocked);
+        }
+        (self.time_to_contact_s() < limits.time_to_collision_s).then_some(DecisionReason::Threat)
+    }
+
+    fn is_blocked(&self, subgoal: Point, rest_m: f32) -> bool {
+        let local = self.pose.local_from_parent(subgoal);
+        let (cos, sin) = (local.x / rest_m.max(1e-3), local.y / rest_m.max(1e-3));
+        let half_width_m = self.task.robot.radius_m + 0.5 * CORRIDOR_CLEARANCE_M;
+        self.scan.corridor_m(cos, sin, half_width_m, rest_m) < 0.8 * rest_m
+    }
+
+    /// Time until the first thing that closes in touches the footprint, if nobody yields, s.
+    fn time_to_contact_s(&self) -> f32 {
+        let mut soonest_s = f32::INFINITY;
+        for (sector, &closing) in self.closing_mps.iter().enumerate() {
+            if closing > 0.0 {
+                let own = self.linear_mps * libm::cosf(sector_angle_rad(sector));
+                let gap_m = (self.scan.sectors_m()[sector] - self.task.robot.radius_m).max(0.0);
+                soonest_s = soonest_s.min(gap_m / (closing + own).max(0.05));
+            }
+        }
+        soonest_s
+    }
+
+    /// Measures the candidates, updates the geodesic and encodes the high-level observation.
+    pub fn prepare_decision(&mut self) -> (&[f32; HIGH_OBSERVATION], ActionMask) {
+        let position = self.pose.position();
+        let goal_course_rad = self.pose.bearing_to(self.goal);
+        let goal_bearing_rad = wrap_angle(goal_course_rad - self.pose.yaw_rad);
+        let candidates = Candidates::measure(&self.task, &self.scan, goal_bearing_rad);
+        let remembers = self.task.decision.memory == Memory::Full;
+        let mut here_m = None;
+        if remembers {
+            self.geodesic.update(&self.map, self.goal);
+            here_m = self.geodesic.distance_m(position);
+        }
+        let mut directions = [Direction::default(); DIRECTION_COUNT];
+        for (k, direction) in directions.iter_mut().enumerate() {
+            let (sin, cos) = libm::sincosf(goal_course_rad + direction_angle_rad(k));
+            let at =
+                |distance_m: f32| Point::new(position.x + distance_m * cos, position.y + distance_m * sin);
+            let there_m = here_m.and_then(|_| self.geodesic.distance_m(at(candidates.distance_m[k])));
+            *direction = Direction {
+                corridor_m: candidates.corridor_m[k],
+                geodesic_gain: match (here_m, there_m) {
+                    (Some(here), Some(there)) => {
+                        ((here - there) / self.task.decision.subgoal_distance_m).clamp(-1.0, 1.0)
+                    }
+                    _ => 0.0,
+                },
+                visits_near: self.map.visit_density(at(1.0)),
+                visits_far: self.map.visit_density(at(2.5)),
+                closing_mps: self.closing_towards(goal_bearing_rad + direction_angle_rad(k)),
+                is_legal: candidates.mask.allows(k),
+            };
+        }
+        let distance_m = self.goal_distance_m();
+        let last_direction = self.last_action.filter(|&action| action < DIRECTION_COUNT);
+        let globals = Globals {
+            goal_distance_m: distance_m,
+            heading_rad: -goal_bearing_rad,
+            last_direction_rad: last_direction.map(|_| self.last_bearing_rad - goal_course_rad),
+            last_was_goal: self.last_action == Some(ACTION_GOAL),
+            last_was_wait: self.last_action == Some(ACTION_WAIT),
+            elapsed: self.steps as f32 / self.task.episode_steps as f32,
+            setback_m: distance_m - self.best_distance_m,
+            detour_m: here_m.map_or(0.0, |here| here - distance_m),
+            speed: self.linear_mps / self.task.robot.linear_max_mps,
+        };
+        encode_high(&directions, &globals, &mut self.high);
+        self.candidates = Some(candidates);
+        (&self.high, candidates.mask)
+    }
+
+    fn closing_towards(&self, bearing_rad: f32) -> f32 {
+        const PER_SECTOR: f32 = core::f32::consts::TAU / SECTOR_COUNT as f32;
+        let at = libm::floorf((wrap_angle(bearing_rad) + core::f32::consts::PI) / PER_SECTOR) as i32;
+        (at - 1..=at + 1).fold(0.0, |most: f32, sector| {
+            most.max(self.closing_mps[sector.rem_euclid(SECTOR_COUNT as i32) as usize])
+        })
+    }
+
+    /// The observation and mask that [`Self::prepare_decision`] made.
+    pub fn high_observation(&self) -> &[f32; HIGH_OBSERVATION] {
+        &self.high
+    }
+
+    /// Carries out `action` from now on. The subgoal stays fixed in the `odom` frame. An action that is not
+    /// legal now (or no candidates were prepared in this tick) becomes GOAL.
+    pub fn commit(&mut self, action: usize) {
+        let position = self.pose.position();
+        let legal = self.candidates.filter(|candidates| candidates.mask.allows(action));
+        let (action, subgoal) = match legal {
+            Some(candidates) if action < DIRECTION_COUNT => {
+                let course_rad = self.pose.bearing_to(self.goal) + direction_angle_rad(action);
+                let (sin, cos) = libm::sincosf(course_rad);
+                let distance_m = candidates.distance_m[action];
+                self.last_bearing_rad = course_rad;
+                (action, Point::new(position.x + distance_m * cos, position.y + distance_m * sin))
+            }
+            Some(_) if action == ACTION_WAIT => (ACTION_WAIT, position),
+            _ => (ACTION_GOAL, self.goal),
+        };
+        self.last_action = Some(action);
+        self.decision = Some(ActiveDecision { action, subgoal, held_steps: 0 });
+    }
+
+    /// Whether the low level drives now; WAIT stands still without asking it.
+    pub fn is_waiting(&self) -> bool {
+        self.decision.is_some_and(|decision| decision.action == ACTION_WAIT)
+    }
+
+    /// The low-level observation towards the decision's subgoal, or the goal when there is none.
+    pub fn encode_low(&self, observation: &mut [f32; LOW_OBSERVATION]) {
+        let target = match &self.decision {
+            Some(decision) if decision.action < DIRECTION_COUNT => decision.subgoal,
+            _ => self.goal,
+        };
+        self.encode_low_towards(target, observation);
+    }
+
+    /// The low-level observation towards any target of the `odom` frame.
+    pub fn encode_low_towards(&self, target: Point, observation: &mut [f32; LOW_OBSERVATION]) {
+        let target = Target {
+            distance_m: (target - self.pose.position()).norm(),
+            bearing_rad: wrap_angle(self.pose.bearing_to(target) - self.pose.yaw_rad),
+        };
+        let (now, before) = (&self.clearance[0], &self.clearance[CHANGE_STEPS]);
+        encode_low(&self.task, now, before, target, self.linear_mps, self.angular_radps, observation);
+    }
+
+    /// What a low-level action in [-1, 1] means: (m/s, rad/s).
+    pub fn decode_low(&self, action: [f32; 2]) -> (f32, f32) {
+        let robot = &self.task.robot;
+        (0.5 * (action[0] + 1.0) * robot.linear_max_mps, action[1] * robot.angular_max_radps)
+    }
+}

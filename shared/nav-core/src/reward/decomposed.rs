@@ -1,0 +1,149 @@
+//! One reward a level. The low level is paid for reaching its target, the high level for reaching the goal;
+//! neither can earn by standing still, and neither is better off crashing than being stuck.
+
+use serde::{Deserialize, Serialize};
+
+/// Weights of the low level's reward.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LowWeights {
+    /// Of a metre nearer to the target.
+    pub progress: f32,
+    /// Of a step.
+    pub time: f32,
+    /// Of the squared turning rate (share of its limit).
+    pub turning: f32,
+    /// Of the squared change of action.
+    pub change: f32,
+    /// Of closeness: 1 at contact, 0 from `proximity_m` on.
+    pub proximity: f32,
+    /// Clearance of the footprint from which closeness costs, m.
+    pub proximity_m: f32,
+    /// For reaching the target.
+    pub reached: f32,
+    /// For a collision.
+    pub collided: f32,
+}
+
+impl Default for LowWeights {
+    fn default() -> Self {
+        Self {
+            progress: 2.5,
+            time: 0.02,
+            turning: 0.02,
+            change: 0.02,
+            proximity: 0.15,
+            proximity_m: 0.25,
+            reached: 3.0,
+            collided: 8.0,
+        }
+    }
+}
+
+impl LowWeights {
+    /// The suicide rule: a crash must cost more than standing stuck for ever, `2 c / (1 - discount)` with the
+    /// standing cost `c` a step; else the low level learns to crash.
+    pub fn crash_costs_more_than_waiting(&self, discount: f32) -> bool {
+        self.collided > 2.0 * self.time / (1.0 - discount)
+    }
+}
+
+/// What the low level's reward looks at after a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LowStep {
+    /// How much nearer the target is than before the step, m.
+    pub progress_m: f32,
+    /// The action taken, in [-1, 1].
+    pub action: [f32; 2],
+    /// The action before, in [-1, 1].
+    pub last_action: [f32; 2],
+    /// From the footprint to the nearest obstacle, m.
+    pub clearance_m: f32,
+    /// Whether the target was reached.
+    pub reached: bool,
+    /// Whether the robot collided.
+    pub collided: bool,
+}
+
+/// The low level's reward of a step.
+pub fn low(weights: &LowWeights, step: &LowStep) -> f32 {
+    let change = [step.action[0] - step.last_action[0], step.action[1] - step.last_action[1]];
+    let closeness = (1.0 - step.clearance_m.max(0.0) / weights.proximity_m).max(0.0);
+    let mut reward = weights.progress * step.progress_m
+        - weights.time
+        - weights.turning * step.action[1] * step.action[1]
+        - weights.change * (change[0] * change[0] + change[1] * change[1])
+        - weights.proximity * closeness;
+    if step.reached {
+        reward += weights.reached;
+    }
+    if step.collided {
+        reward -= weights.collided;
+    }
+    reward
+}
+
+/// Weights of the high level's reward.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HighWeights {
+    /// For reaching the goal.
+    pub reached: f32,
+    /// For a collision.
+    pub collided: f32,
+    /// Of a step.
+    pub time: f32,
+    /// Of a metre nearer to the goal along the shortest way (known in training only).
+    pub progress: f32,
+}
+
+impl Default for HighWeights {
+    fn default() -> Self {
+        Self { reached: 10.0, collided: 10.0, time: 0.02, progress: 0.5 }
+    }
+}
+
+/// What the high level's reward looks at after a step; a decision's reward is the discounted sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HighStep {
+    /// How much shorter the way to the goal is than before the step, m.
+    pub progress_m: f32,
+    /// Whether the goal was reached.
+    pub reached: bool,
+    /// Whether the robot collided.
+    pub collided: bool,
+}
+
+/// The high level's reward of a step.
+pub fn high(weights: &HighWeights, step: &HighStep) -> f32 {
+    let mut reward = weights.progress * step.progress_m - weights.time;
+    if step.reached {
+        reward += weights.reached;
+    }
+    if step.collided {
+        reward -= weights.collided;
+    }
+    reward
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn standing_still_never_pays() {
+        let stand =
+            LowStep { action: [-1.0, 0.0], last_action: [-1.0, 0.0], clearance_m: 1.0, ..LowStep::default() };
+        assert!(low(&LowWeights::default(), &stand) < 0.0);
+        assert!(high(&HighWeights::default(), &HighStep::default()) < 0.0);
+        assert!(LowWeights::default().crash_costs_more_than_waiting(0.98));
+    }
+
+    #[test]
+    fn goal_and_crash_differ_by_their_weights() {
+        let weights = HighWeights::default();
+        let reached = high(&weights, &HighStep { reached: true, ..HighStep::default() });
+        let collided = high(&weights, &HighStep { collided: true, ..HighStep::default() });
+        assert!((reached - collided - 20.0).abs() < 1e-5);
+    }
+}

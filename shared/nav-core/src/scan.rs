@@ -1,0 +1,239 @@
+//! What the controller keeps of a scan: cleaned ranges, beam directions, sectors and corridors.
+//!
+//! Everything is in the robot frame. A miss counts as `range_max_m`; a failed measurement (NaN, or below
+//! `range_min_m`) counts for nothing, and a sector with no valid beam takes its nearer neighbour's value.
+
+use crate::geometry::{Point, wrap_angle};
+use crate::messages::{LaserScan, MAX_BEAMS};
+use crate::task::Task;
+use core::f32::consts::{PI, TAU};
+use heapless::Vec;
+
+/// Sectors of the low-level observation, over the full circle, counter-clockwise from straight back (-π).
+pub const SECTOR_COUNT: usize = 36;
+/// Share of beams that must be valid before a scan may be driven on.
+pub const VALID_BEAM_SHARE_MIN: f32 = 0.75;
+
+/// A beam that hit something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Where, in the robot frame, m.
+    pub point: Point,
+    /// From the robot's centre, m.
+    pub range_m: f32,
+}
+
+/// The geometry of the beams, worked out once.
+#[derive(Clone, Debug)]
+pub struct ScanGeometry {
+    beam_count: usize,
+    angle_min_rad: f32,
+    angle_increment_rad: f32,
+    range_min_m: f32,
+    range_max_m: f32,
+    /// Unit vectors of the beams.
+    directions: [(f32, f32); MAX_BEAMS],
+    sector_of_beam: [u8; MAX_BEAMS],
+    /// Sectors that no beam looks into (field of view below a full circle).
+    unseen: [bool; SECTOR_COUNT],
+}
+
+impl ScanGeometry {
+    /// The geometry that `task` was trained on.
+    pub fn new(task: &Task) -> Self {
+        let lidar = &task.lidar;
+        let mut geometry = Self {
+            beam_count: (lidar.beam_count as usize).min(MAX_BEAMS),
+            angle_min_rad: lidar.angle_min_rad(),
+            angle_increment_rad: lidar.angle_increment_rad(),
+            range_min_m: lidar.range_min_m,
+            range_max_m: lidar.range_max_m,
+            directions: [(0.0, 0.0); MAX_BEAMS],
+            sector_of_beam: [0; MAX_BEAMS],
+            unseen: [true; SECTOR_COUNT],
+        };
+        for beam in 0..geometry.beam_count {
+            let angle = geometry.angle_min_rad + beam as f32 * geometry.angle_increment_rad;
+            geometry.directions[beam] = (libm::cosf(angle), libm::sinf(angle));
+            let sector = sector_of(angle);
+            geometry.sector_of_beam[beam] = sector as u8;
+            geometry.unseen[sector] = false;
+        }
+        geometry
+    }
+
+    /// Whether `scan` has this geometry: same beams, same directions, and a range that reaches as far.
+    pub fn fits(&self, scan: &LaserScan) -> bool {
+        scan.beam_count as usize == self.beam_count
+            && (scan.angle_min_rad - self.angle_min_rad).abs() < 1e-3
+            && (scan.angle_increment_rad - self.angle_increment_rad).abs() < 1e-5
+            && scan.range_max_m > 0.0
+            && scan.range_max_m.is_finite()
+    }
+
+    /// The longest range that counts, m.
+    pub fn range_max_m(&self) -> f32 {
+        self.range_max_m
+    }
+}
+
+/// Sector of a direction in the robot frame.
+fn sector_of(angle_rad: f32) -> usize {
+    let turn = (wrap_angle(angle_rad) + PI) / TAU;
+    ((turn * SECTOR_COUNT as f32) as usize).min(SECTOR_COUNT - 1)
+}
+
+/// Direction of the middle of a sector in the robot frame, rad.
+pub fn sector_angle_rad(sector: usize) -> f32 {
+    (sector as f32 + 0.5) * (TAU / SECTOR_COUNT as f32) - PI
+}
+
+/// The newest scan, digested.
+#[derive(Clone, Debug)]
+pub struct ScanView {
+    /// Nearest range in each sector, m, at most `range_max_m`.
+    sectors_m: [f32; SECTOR_COUNT],
+    hits: Vec<Hit, MAX_BEAMS>,
+    /// Direction (robot frame, unit vector) and free length (m) of every valid beam.
+    rays: Vec<(f32, f32, f32), MAX_BEAMS>,
+    valid_share: f32,
+}
+
+impl ScanView {
+    /// Before the first scan: nothing seen, everything free.
+    pub fn new(geometry: &ScanGeometry) -> Self {
+        Self {
+            sectors_m: [geometry.range_max_m; SECTOR_COUNT],
+            hits: Vec::new(),
+            rays: Vec::new(),
+            valid_share: 0.0,
+        }
+    }
+
+    /// Digests a scan; the caller has checked that it [`ScanGeometry::fits`].
+    pub fn update(&mut self, geometry: &ScanGeometry, scan: &LaserScan) {
+        let mut nearest = [f32::INFINITY; SECTOR_COUNT];
+        self.hits.clear();
+        self.rays.clear();
+        for (beam, &range_m) in scan.ranges_m().iter().take(geometry.beam_count).enumerate() {
+            if range_m.is_nan() || range_m < geometry.range_min_m {
+                continue;
+            }
+            let (cos, sin) = geometry.directions[beam];
+            let free_m = range_m.min(geometry.range_max_m);
+            let sector = usize::from(geometry.sector_of_beam[beam]);
+            nearest[sector] = nearest[sector].min(free_m);
+            // Capacity is MAX_BEAMS and so is the longest scan: pushing cannot fail.
+            let _ = self.rays.push((cos, sin, free_m));
+            if range_m < geometry.range_max_m {
+                let _ =
+                    self.hits.push(Hit { point: Point::new(free_m * cos, free_m * sin), range_m: free_m });
+            }
+        }
+        self.valid_share = self.rays.len() as f32 / geometry.beam_count.max(1) as f32;
+        for sector in 0..SECTOR_COUNT {
+            self.sectors_m[sector] = if nearest[sector].is_finite() {
+                nearest[sector]
+            } else if geometry.unseen[sector] {
+                geometry.range_max_m
+            } else {
+                let left = nearest[(sector + 1) % SECTOR_COUNT];
+                let right = nearest[(sector + SECTOR_COUNT - 1) % SECTOR_COUNT];
+                let nearer = left.min(right);
+                if nearer.is_finite() { nearer } else { 0.0 }
+            };
+        }
+    }
+
+    /// Nearest range in each sector, m.
+    pub fn sectors_m(&self) -> &[f32; SECTOR_COUNT] {
+        &self.sectors_m
+    }
+
+    /// What was hit.
+    pub fn hits(&self) -> &[Hit] {
+        &self.hits
+    }
+
+    /// Every valid beam: unit direction (cos, sin) and free length, m.
+    pub fn rays(&self) -> &[(f32, f32, f32)] {
+        &self.rays
+    }
+
+    /// Share of the beams that were valid, 0 to 1.
+    pub fn valid_share(&self) -> f32 {
+        self.valid_share
+    }
+
+    /// Distance to the nearest hit from the robot's centre, m; infinite when nothing was hit.
+    pub fn nearest_m(&self) -> f32 {
+        self.hits.iter().fold(f32::INFINITY, |nearest, hit| nearest.min(hit.range_m))
+    }
+
+    /// How far a disc of `half_width_m` can go straight in direction (`cos`, `sin`) of the robot frame before
+    /// it touches a hit, m, at most `limit_m`. Hits that it already touches count only when ahead.
+    pub fn corridor_m(&self, cos: f32, sin: f32, half_width_m: f32, limit_m: f32) -> f32 {
+        let width_squared = half_width_m * half_width_m;
+        let mut free_m = limit_m;
+        for hit in &self.hits {
+            let along = hit.point.x * cos + hit.point.y * sin;
+            let lateral = hit.point.y * cos - hit.point.x * sin;
+            let rest = width_squared - lateral * lateral;
+            if along > 0.0 && rest > 0.0 && along - half_width_m < free_m {
+                free_m = free_m.min((along - libm::sqrtf(rest)).max(0.0));
+            }
+        }
+        free_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan_of(task: &Task, range: impl Fn(f32) -> f32) -> LaserScan {
+        let mut scan = LaserScan {
+            angle_min_rad: task.lidar.angle_min_rad(),
+            angle_increment_rad: task.lidar.angle_increment_rad(),
+            range_min_m: task.lidar.range_min_m,
+            range_max_m: task.lidar.range_max_m,
+            beam_count: task.lidar.beam_count,
+            ..LaserScan::default()
+        };
+        for beam in 0..scan.beam_count as usize {
+            scan.ranges_m[beam] = range(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
+        }
+        scan
+    }
+
+    #[test]
+    fn a_wall_ahead_closes_the_corridor_ahead_only() {
+        let task = Task::default();
+        let geometry = ScanGeometry::new(&task);
+        let mut view = ScanView::new(&geometry);
+        // A wall at x = 2.
+        let scan = scan_of(&task, |a| if libm::cosf(a) > 0.1 { 2.0 / libm::cosf(a) } else { f32::INFINITY });
+        assert!(geometry.fits(&scan));
+        view.update(&geometry, &scan);
+        let ahead = view.corridor_m(1.0, 0.0, 0.25, 5.0);
+        assert!((ahead - 1.75).abs() < 0.05, "{ahead}");
+        assert!((view.corridor_m(-1.0, 0.0, 0.25, 5.0) - 5.0).abs() < 1e-6);
+        assert!((view.nearest_m() - 2.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn failed_beams_are_not_walls_and_not_free() {
+        let task = Task::default();
+        let geometry = ScanGeometry::new(&task);
+        let mut view = ScanView::new(&geometry);
+        let mut scan = scan_of(&task, |_| 1.0);
+        scan.ranges_m[40] = f32::NAN;
+        scan.ranges_m[41] = 0.0;
+        view.update(&geometry, &scan);
+        assert!(view.sectors_m().iter().all(|&range| (range - 1.0).abs() < 1e-6), "{:?}", view.sectors_m());
+        assert!((view.valid_share() - 70.0 / 72.0).abs() < 1e-6);
+        scan.ranges_m = [f32::NAN; MAX_BEAMS];
+        view.update(&geometry, &scan);
+        assert!(view.sectors_m().iter().all(|&range| range == 0.0), "blind is closed");
+    }
+}

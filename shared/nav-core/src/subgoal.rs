@@ -1,0 +1,118 @@
+//! The high level's choices at one moment: where each direction's subgoal would lie, and which are legal.
+//!
+//! Direction `k` points `k * 22.5` degrees counter-clockwise from the goal's direction. Its subgoal lies
+//! `subgoal_distance_m` away, or as far as the corridor allows less a margin. The same mask serves acting,
+//! exploring and both sides of the learning target.
+
+use crate::scan::ScanView;
+use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Task};
+use core::f32::consts::TAU;
+
+/// Added to the footprint when a corridor is measured, m.
+pub const CORRIDOR_CLEARANCE_M: f32 = 0.05;
+/// A direction is legal when its subgoal lies at least this far away, m.
+pub const SUBGOAL_MIN_M: f32 = 0.6;
+/// Corridors are measured up to this length, m.
+pub const CORRIDOR_LIMIT_M: f32 = 4.0;
+
+/// Which actions are legal: bit `a` for action `a`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ActionMask(pub u32);
+
+impl ActionMask {
+    /// Every action.
+    pub const ALL: Self = Self((1 << ACTION_COUNT) - 1);
+
+    /// Whether an action is legal.
+    pub const fn allows(self, action: usize) -> bool {
+        action < ACTION_COUNT && self.0 >> action & 1 == 1
+    }
+
+    /// How many actions are legal.
+    pub const fn count(self) -> u32 {
+        self.0.count_ones()
+    }
+
+    /// The legal actions in order.
+    pub fn actions(self) -> impl Iterator<Item = usize> {
+        (0..ACTION_COUNT).filter(move |&action| self.allows(action))
+    }
+
+    /// The decision rule: the legal action of the highest value; GOAL unless another beats it by more than
+    /// `deviation_margin`. `None` when a legal value is not finite.
+    pub fn best(self, values: &[f32; ACTION_COUNT], deviation_margin: f32) -> Option<usize> {
+        let mut best = None;
+        for action in self.actions() {
+            if !values[action].is_finite() {
+                return None;
+            }
+            if best.is_none_or(|current: usize| values[action] > values[current]) {
+                best = Some(action);
+            }
+        }
+        let best = best?;
+        let prefers_goal = self.allows(ACTION_GOAL) && values[best] - values[ACTION_GOAL] <= deviation_margin;
+        Some(if prefers_goal { ACTION_GOAL } else { best })
+    }
+}
+
+/// Direction `k` relative to the goal's direction, rad in [0, 2π).
+pub fn direction_angle_rad(direction: usize) -> f32 {
+    direction as f32 * (TAU / DIRECTION_COUNT as f32)
+}
+
+/// Corridors and subgoals of the 16 directions, in the goal-aligned frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidates {
+    /// Free length of each direction's corridor, m, at most [`CORRIDOR_LIMIT_M`].
+    pub corridor_m: [f32; DIRECTION_COUNT],
+    /// Distance of each direction's subgoal, m.
+    pub distance_m: [f32; DIRECTION_COUNT],
+    /// What may be chosen.
+    pub mask: ActionMask,
+}
+
+impl Candidates {
+    /// Measures the corridors; `goal_bearing_rad` is the goal's direction in the robot frame.
+    pub fn measure(task: &Task, scan: &ScanView, goal_bearing_rad: f32) -> Self {
+        let half_width_m = task.robot.radius_m + CORRIDOR_CLEARANCE_M;
+        let mut candidates = Self {
+            corridor_m: [0.0; DIRECTION_COUNT],
+            distance_m: [0.0; DIRECTION_COUNT],
+            mask: ActionMask(1 << ACTION_GOAL | 1 << ACTION_WAIT),
+        };
+        for direction in 0..DIRECTION_COUNT {
+            let angle = goal_bearing_rad + direction_angle_rad(direction);
+            let free_m =
+                scan.corridor_m(libm::cosf(angle), libm::sinf(angle), half_width_m, CORRIDOR_LIMIT_M);
+            let distance_m =
+                (free_m - task.decision.corridor_margin_m).clamp(0.0, task.decision.subgoal_distance_m);
+            candidates.corridor_m[direction] = free_m;
+            candidates.distance_m[direction] = distance_m;
+            if distance_m >= SUBGOAL_MIN_M {
+                candidates.mask.0 |= 1 << direction;
+            }
+        }
+        candidates
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goal_is_left_only_for_more_than_the_margin() {
+        let mut values = [0.0; ACTION_COUNT];
+        values[3] = 1.0;
+        values[5] = 2.0;
+        let mask = ActionMask(1 << 3 | 1 << ACTION_GOAL);
+        assert_eq!(mask.best(&values, 0.5), Some(3), "5 is the best, but illegal");
+        assert_eq!(mask.best(&values, 1.0), Some(ACTION_GOAL));
+        values[ACTION_GOAL] = f32::NAN;
+        assert_eq!(mask.best(&values, 0.0), None);
+        values[ACTION_GOAL] = 0.0;
+        values[9] = f32::NAN;
+        assert_eq!(mask.best(&values, 0.0), Some(3), "an illegal value does not matter");
+    }
+}
