@@ -16,13 +16,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::symlink;
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::shell::{cargo, have, remove_folder, root, run_quiet, say, set_up_lock, size_mb, tools};
+use crate::shell::{have, remove_folder, root, run_quiet, say, set_up_lock, size_mb, tools};
 use crate::wheel::{Wheel, unpack};
 
 /// The version that tch 0.26 is made for.
@@ -103,7 +102,9 @@ pub(crate) fn set_up(wheel: Option<&Path>) -> Result<()> {
     }
     for (program, package) in [("gcc", "gcc"), ("readelf", "binutils"), ("strip", "binutils")] {
         if !have(program, &["--version"]) {
-            bail!("{program} is not installed; install it (on Debian: apt-get install {package}) and run this again");
+            bail!(
+                "{program} is not installed; install it (on Debian: apt-get install {package}) and run this again"
+            );
         }
     }
     let downloads = tools().join("download-torch");
@@ -166,7 +167,10 @@ fn undefined_versioned_symbols(library: &Path) -> Result<BTreeMap<String, Vec<St
         }
     }
     if found.is_empty() {
-        bail!("{} names no CUDA library, so this is not the wheel this set-up was written for", library.display());
+        bail!(
+            "{} names no CUDA library, so this is not the wheel this set-up was written for",
+            library.display()
+        );
     }
     Ok(found)
 }
@@ -199,18 +203,15 @@ fn make_stub(lib: &Path, soname: &str, symbols: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Runs the trainer through cargo, after saying in one sentence what is missing.
+/// Says in one sentence when there is no libtorch to build the trainer with.
 ///
 /// # Errors
-/// When there is no libtorch, or cargo cannot be started; else this process becomes cargo.
-pub(crate) fn run_trainer(args: &[String]) -> Result<()> {
+/// When `.libtorch/` is not set up and the user has no libtorch of their own.
+pub(crate) fn require() -> Result<()> {
     if let Source::Ours { complete: false, .. } = Source::find() {
-        bail!("the trainer needs libtorch, which is not set up yet; run `cargo xtask libtorch` once (about 15 s)");
+        bail!(
+            "the trainer needs libtorch, which is not set up yet; run `cargo xtask libtorch` once (about 15 s)"
+        );
     }
-    let mut command = cargo();
-    command.args(["run", "--release", "--package", "trainer", "--"]).args(args);
-    if let Ok(folder) = std::env::current_dir() {
-        command.current_dir(folder);
-    }
-    Err(command.exec()).context("could not start cargo")
+    Ok(())
 }

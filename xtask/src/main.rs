@@ -1,15 +1,21 @@
 //! Project automation, started as `cargo xtask <task>`; needs only cargo, gcc and python3 with pip.
 
+mod bench;
+mod demo;
 mod libtorch;
+mod onnxruntime;
+mod programs;
+mod python;
 mod shell;
+mod test;
 mod wheel;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
-/// Sets up, tests, shows and measures hybridnav.
+/// Sets up, shows, tests and measures hybridnav.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", arg_required_else_help = true)]
 struct Cli {
@@ -19,25 +25,52 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Set up libtorch (CPU only) in `.libtorch/` for the trainer; a second run does nothing
+    /// Train, export and drive on worlds never trained on, then print a table (ten to twenty minutes)
+    Demo(demo::Options),
+    /// Check everything: format, lints, doc tests, tests; installs what that needs
+    Test,
+    /// Measure the simulation and the robot's networks
+    Bench,
+    /// Set up libtorch (CPU only) in .libtorch/ for the trainer; a second run does nothing
     Libtorch {
         /// Take the pinned torch wheel from this file instead of downloading it
         #[arg(long, value_name = "FILE")]
         wheel: Option<PathBuf>,
     },
-    /// Check that libtorch is there, then run the trainer (what `cargo trainer` does)
+    /// Set up ONNX Runtime in .tools/onnxruntime/ for the check of an export
+    Onnxruntime,
+    /// Set up a Python environment in .tools/python/ for tests that ask onnx and TensorBoard
+    Python,
+    /// Build and run the trainer (what `cargo trainer` does)
     #[command(disable_help_flag = true)]
-    Trainer {
-        /// Arguments of the trainer, as in `train --profile quick`
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        args: Vec<String>,
-    },
+    Trainer(Passed),
+    /// Build and run the runtime (what `cargo runtime` does)
+    #[command(disable_help_flag = true)]
+    Runtime(Passed),
+    /// Build and run the simulator (what `cargo simulator` does)
+    #[command(disable_help_flag = true)]
+    Simulator(Passed),
+}
+
+/// Arguments handed on as they are.
+#[derive(Args)]
+struct Passed {
+    /// Arguments of the program, as in `train --profile quick`
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    args: Vec<String>,
 }
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().task {
+        Task::Demo(options) => demo::run(&options),
+        Task::Test => test::run(),
+        Task::Bench => bench::run(),
         Task::Libtorch { wheel } => libtorch::set_up(wheel.as_deref()),
-        Task::Trainer { args } => libtorch::run_trainer(&args),
+        Task::Onnxruntime => onnxruntime::set_up(),
+        Task::Python => python::set_up(),
+        Task::Trainer(passed) => programs::become_program("trainer", &passed.args),
+        Task::Runtime(passed) => programs::become_program("runtime", &passed.args),
+        Task::Simulator(passed) => programs::become_program("simulator", &passed.args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

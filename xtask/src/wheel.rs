@@ -94,7 +94,7 @@ with zipfile.ZipFile(wheel) as archive:
 }
 
 /// A pip that works: of this machine's python3, or, failing that, of an environment of our own.
-fn pip() -> Result<Command> {
+pub(crate) fn pip() -> Result<Command> {
     let of = |python: &Path| {
         let mut command = Command::new(python);
         command.args(["-m", "pip"]);
@@ -102,7 +102,9 @@ fn pip() -> Result<Command> {
     };
     let system = Path::new("python3");
     if !have(system, &["--version"]) {
-        bail!("python3 is not installed; install it together with pip (on Debian: apt-get install python3-pip)");
+        bail!(
+            "python3 is not installed; install it together with pip (on Debian: apt-get install python3-pip)"
+        );
     }
     if have(system, &["-m", "pip", "--version"]) {
         return Ok(of(system));
@@ -114,7 +116,9 @@ fn pip() -> Result<Command> {
         let made = Command::new(system).args(["-m", "venv"]).arg(&own).output();
         if !made.is_ok_and(|made| made.status.success()) {
             remove_folder(&own)?;
-            bail!("python3 has no pip; install it (on Debian: apt-get install python3-pip) and run this again");
+            bail!(
+                "python3 has no pip; install it (on Debian: apt-get install python3-pip) and run this again"
+            );
         }
     }
     Ok(of(&python))

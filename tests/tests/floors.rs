@@ -1,0 +1,272 @@
+//! The floors of the workspace: arrows only go down, and what must be absent is absent.
+//!
+//! ```text
+//! floor 3  tests, xtask
+//! floor 2  trainer (tch)      runtime (tract-onnx)      simulator (process)
+//! floor 1  nav-sim            nav-ipc (iceoryx2)
+//! floor 0  nav-core           no_std, no alloc, no clock
+//! ```
+//! What a crate reaches is what `cargo tree` says of its normal dependencies; what its source names is
+//! looked for outside comments and test modules.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The floor of each crate. A new crate is added here, and thereby thought about.
+const FLOORS: [(&str, u8); 8] = [
+    ("nav-core", 0),
+    ("nav-sim", 1),
+    ("nav-ipc", 1),
+    ("trainer", 2),
+    ("runtime", 2),
+    ("simulator", 2),
+    ("hybridnav-tests", 3),
+    ("xtask", 3),
+];
+
+/// The one arrow within a floor: evaluation scores exports through what the robot runs.
+const SIDEWAYS: [(&str, &str); 1] = [("trainer", "runtime")];
+
+/// What a crate must never reach through normal dependencies, and which source words it must not use.
+const NEVER_REACHED: [(&str, &[&str]); 5] = [
+    ("nav-core", &["iceoryx2", "tract-onnx", "tch", "rand"]),
+    ("nav-sim", &["nav-ipc", "iceoryx2", "tch", "torch-sys", "tract-onnx", "ort"]),
+    ("nav-ipc", &["nav-sim", "tch", "torch-sys", "tract-onnx", "ort"]),
+    ("runtime", &["trainer", "tch", "torch-sys", "nav-sim", "ort", "ort-sys"]),
+    ("simulator", &["trainer", "runtime", "tch", "torch-sys", "tract-onnx", "tract-core", "ort", "ort-sys"]),
+];
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ lies in the workspace").to_path_buf()
+}
+
+/// What cargo prints for these arguments.
+fn cargo(args: &[&str]) -> String {
+    let output = Command::new(env!("CARGO"))
+        .current_dir(workspace())
+        .args(args)
+        .output()
+        .expect("cargo built this test, so it can be started");
+    assert!(output.status.success(), "cargo {args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("cargo prints UTF-8")
+}
+
+/// Names of the packages a package reaches through the given kinds of dependency, itself left out.
+fn reached(package: &str, kinds: &str) -> BTreeSet<String> {
+    let lines = cargo(&["tree", "--locked", "-p", package, "-e", kinds, "--prefix", "none", "-f", "{p}"]);
+    let names: BTreeSet<String> = lines
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != package)
+        .map(str::to_owned)
+        .collect();
+    assert!(package == "nav-core" || !names.is_empty(), "cargo tree lists nothing for {package}");
+    names
+}
+
+/// Each crate of the workspace with the crates of the workspace it names as normal or build dependency.
+fn arrows() -> BTreeMap<String, Vec<String>> {
+    let metadata: serde_json::Value =
+        serde_json::from_str(&cargo(&["metadata", "--locked", "--no-deps", "--format-version", "1"]))
+            .expect("cargo metadata prints JSON");
+    let packages = metadata["packages"].as_array().expect("metadata lists packages");
+    let name = |value: &serde_json::Value| value["name"].as_str().expect("a name is a string").to_owned();
+    let ours: BTreeSet<String> = packages.iter().map(name).collect();
+    packages
+        .iter()
+        .map(|package| {
+            let wanted = package["dependencies"].as_array().expect("metadata lists dependencies");
+            let wanted = wanted.iter().filter(|wanted| wanted["kind"] != "dev").map(name);
+            (name(package), wanted.filter(|name| ours.contains(name)).collect())
+        })
+        .collect()
+}
+
+#[test]
+fn arrows_only_go_down() {
+    let floors = BTreeMap::from(FLOORS);
+    let arrows = arrows();
+    let known: BTreeSet<&str> = floors.keys().copied().collect();
+    let found: BTreeSet<&str> = arrows.keys().map(String::as_str).collect();
+    assert_eq!(known, found, "every crate of the workspace has a floor in this test");
+    for (from, targets) in &arrows {
+        for to in targets {
+            let down = floors[to.as_str()] < floors[from.as_str()];
+            let allowed = down || SIDEWAYS.contains(&(from.as_str(), to.as_str()));
+            assert!(allowed, "{from} depends on {to}, which is not below it");
+        }
+    }
+}
+
+#[test]
+fn what_must_not_be_reached_is_not() {
+    for (package, never) in NEVER_REACHED {
+        let reached = reached(package, "normal");
+        for name in never {
+            assert!(
+                !reached.contains(*name),
+                "{package} reaches {name}: see `cargo tree -p {package} -i {name}`"
+            );
+        }
+    }
+}
+
+/// `cargo build` and `cargo test` without `-p` or `--workspace` work on a machine without libtorch.
+#[test]
+fn default_members_need_no_libtorch() {
+    let tree = cargo(&["tree", "--locked", "-e", "normal,build,dev", "--prefix", "none", "-f", "{p}"]);
+    assert!(tree.contains("iceoryx2"), "the default members were expected to hold the runtime");
+    assert!(!tree.contains("torch-sys"), "a default member reaches torch-sys");
+}
+
+#[test]
+fn nav_core_turns_on_no_std_feature() {
+    let tree =
+        cargo(&["tree", "--locked", "-p", "nav-core", "-e", "normal", "--prefix", "none", "-f", "{p}|{f}"]);
+    for line in tree.lines() {
+        let (package, features) = line.split_once('|').expect("the format has a bar");
+        // A package that was listed before ends in ` (*)`.
+        let features = features.trim_end_matches(" (*)");
+        // Procedural macros and build scripts run on the building machine.
+        if package.contains("(proc-macro)") || HOST_ONLY.iter().any(|host| package.starts_with(host)) {
+            continue;
+        }
+        for feature in features.split(',') {
+            let wants_std = matches!(feature, "std" | "alloc" | "use-std");
+            assert!(!wants_std, "nav-core turns on `{feature}` of {package}");
+        }
+    }
+}
+
+/// Packages that serve procedural macros only: they never reach the target.
+const HOST_ONLY: [&str; 4] = ["proc-macro2 ", "quote ", "syn ", "unicode-ident "];
+
+#[test]
+fn nav_core_is_no_std_and_names_nothing_of_std() {
+    let sources = sources("shared/nav-core/src");
+    let root =
+        fs::read_to_string(workspace().join("shared/nav-core/src/lib.rs")).expect("nav-core has a lib.rs");
+    assert!(root.lines().any(|line| line.trim() == "#![no_std]"), "nav-core/src/lib.rs lacks #![no_std]");
+    assert_absent(&sources, &["std", "alloc"]);
+}
+
+#[test]
+fn nav_core_and_nav_sim_never_read_a_clock() {
+    for folder in ["shared/nav-core/src", "shared/nav-sim/src"] {
+        assert_absent(&sources(folder), &["Instant", "SystemTime", "std::time", "clock_gettime"]);
+    }
+}
+
+/// Builds nav-core for every installed target that has no operating system.
+#[test]
+fn nav_core_builds_without_an_operating_system() {
+    let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output().expect("rustc is installed");
+    let sysroot = String::from_utf8(sysroot.stdout).expect("a path in UTF-8");
+    let installed =
+        fs::read_dir(Path::new(sysroot.trim()).join("lib/rustlib")).expect("a sysroot has rustlib");
+    let bare: Vec<String> = installed
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|name| name.contains("-none"))
+        .collect();
+    if bare.is_empty() {
+        eprintln!(
+            "no bare-metal target is installed (rustup target add thumbv7em-none-eabihf): not built for one"
+        );
+    }
+    for target in bare {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bare");
+        let folder = folder.to_str().expect("a path in UTF-8");
+        cargo(&[
+            "build",
+            "--locked",
+            "--release",
+            "-p",
+            "nav-core",
+            "--target",
+            &target,
+            "--target-dir",
+            folder,
+        ]);
+    }
+}
+
+/// The scanner of this file sees what it must see and leaves out what it must leave out.
+#[test]
+fn the_source_scan_finds_paths_and_skips_comments_and_tests() {
+    let code = code_of(
+        "//! std in a comment\nuse core::fmt; // std\n#[cfg(test)]\nextern crate std;\n#[cfg(test)]\nmod tests {\n    \
+         use std::vec;\n}\nfn f() { alloc::vec![1]; }\n",
+    );
+    assert_eq!(first_use(&code, "std"), None);
+    assert_eq!(first_use(&code, "alloc"), Some(9));
+    assert_eq!(first_use(&code_of("let t = std::time::Instant::now();"), "Instant"), Some(1));
+    assert_eq!(first_use(&code_of("let allocation = no_std; // std::time"), "alloc"), None);
+}
+
+/// Path and text of every Rust file below a folder of the workspace, test modules' files left out.
+fn sources(folder: &str) -> Vec<(PathBuf, String)> {
+    let mut folders = vec![workspace().join(folder)];
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).expect("the folder of a crate can be read").flatten() {
+            let path = entry.path();
+            let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+            if stem == "tests" || stem.ends_with("_tests") {
+                continue;
+            }
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = fs::read_to_string(&path).expect("a source is UTF-8");
+                found.push((path, text));
+            }
+        }
+    }
+    assert!(!found.is_empty(), "{folder} holds no sources");
+    found
+}
+
+fn assert_absent(sources: &[(PathBuf, String)], words: &[&str]) {
+    for (path, text) in sources {
+        let code = code_of(text);
+        for word in words {
+            let line = first_use(&code, word);
+            assert_eq!(line, None, "{} names `{word}` in that line", path.display());
+        }
+    }
+}
+
+/// The lines of a source, numbered from 1, without comments and without what `#[cfg(test)]` covers.
+fn code_of(text: &str) -> Vec<(usize, &str)> {
+    let mut code = Vec::new();
+    let mut lines = text.lines().enumerate();
+    while let Some((index, line)) = lines.next() {
+        if line.trim() == "#[cfg(test)]" {
+            let indent = line.len() - line.trim_start().len();
+            let opens = lines.next().is_some_and(|(_, item)| item.trim_end().ends_with('{'));
+            let closes = |line: &str| line.trim() == "}" && line.len() - line.trim_start().len() == indent;
+            while opens && lines.next().is_some_and(|(_, line)| !closes(line)) {}
+            continue;
+        }
+        code.push((index + 1, line.split("//").next().unwrap_or_default()));
+    }
+    code
+}
+
+/// The first line that uses `word` as a whole path or name; `std` and `alloc` count only as a path's root.
+fn first_use(code: &[(usize, &str)], word: &str) -> Option<usize> {
+    let part_of_name = |character: char| character.is_alphanumeric() || character == '_';
+    code.iter().find_map(|(number, line)| {
+        line.match_indices(word).find_map(|(at, _)| {
+            let (before, after) = (&line[..at], &line[at + word.len()..]);
+            let whole = !before.ends_with(part_of_name) && !after.starts_with(part_of_name);
+            let root = !matches!(word, "std" | "alloc")
+                || after.starts_with("::")
+                || before.trim_end().ends_with("extern crate");
+            (whole && root).then_some(*number)
+        })
+    })
+}
