@@ -2,7 +2,18 @@
 //! seed and commands give the same bits.
 //!
 //! Reading order: [`world`] (what a world is), [`families`] (where worlds come from), [`simulation`]
-//! (reset and step), [`lidar`], [`people`], [`geodesic`] (path check and shortest distances), [`map_file`]
+//! (reset and step) with its parts [`dynamics`], [`odometer`], [`disturbance`], [`obstacles`], [`collision`],
+//! [`lidar`] and [`people`], then [`geodesic`] (path check and shortest distances), [`map_file`]
 //! and [`world_file`] (worlds from disk), [`drawing`] (pictures of episodes).
 
 pub mod world;
+
+pub mod simulation;
+
+pub mod dynamics;
+pub mod odometer;
+pub mod disturbance;
+pub mod obstacles;
+pub mod collision;
+pub mod lidar;
+pub mod people;

@@ -98,3 +98,17 @@ pub struct World {
     /// Where it must go, m.
     pub goal: Point,
 }
+
+impl Bounds {
+    /// Whether a point lies inside or on the edge.
+    pub fn contains(&self, point: Point) -> bool {
+        (self.min.x..=self.max.x).contains(&point.x) && (self.min.y..=self.max.y).contains(&point.y)
+    }
+
+    /// The four walls, counter-clockwise from the lower left corner.
+    pub fn edges(&self) -> [Segment; 4] {
+        let corners =
+            [self.min, Point::new(self.max.x, self.min.y), self.max, Point::new(self.min.x, self.max.y)];
+        [0, 1, 2, 3].map(|k| Segment { a: corners[k], b: corners[(k + 1) % 4] })
+    }
+}

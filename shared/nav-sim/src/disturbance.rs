@@ -1,0 +1,166 @@
+//! How the simulated robot differs from a perfect one: ranges, drawn once an episode.
+
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+
+/// The longest latency that can be simulated, steps.
+pub const LATENCY_MAX_STEPS: u32 = 8;
+/// The length of a straight run after which [`Disturbance::odometry_drift`] is calibrated, m.
+pub const DRIFT_REFERENCE_M: f32 = 10.0;
+
+/// Ranges `[low, high]` from which each episode draws evenly. The default is a perfect robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disturbance {
+    /// Standard deviation of the error of each range, m.
+    pub range_noise_m: [f32; 2],
+    /// Share of beams whose measurement fails: they read NaN, whatever is there.
+    pub dropout: [f32; 2],
+    /// Steps from a command to its effect; at most [`LATENCY_MAX_STEPS`].
+    pub latency_steps: [u32; 2],
+    /// Time constant with which the base follows a command, s; 0 follows at once.
+    pub actuation_lag_s: [f32; 2],
+    /// True velocity over commanded velocity, both linear and angular.
+    pub velocity_gain: [f32; 2],
+    /// Error of the odometry after a straight run of [`DRIFT_REFERENCE_M`], as a share of that distance. It
+    /// comes from a wrong scale and a slow turn, in a mixture drawn each episode.
+    pub odometry_drift: [f32; 2],
+    /// True footprint radius over that of the task.
+    pub radius_scale: [f32; 2],
+}
+
+/// What one episode drew from a [`Disturbance`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrawnDisturbance {
+    /// Standard deviation of the error of each range, m.
+    pub range_noise_m: f32,
+    /// Probability that a beam's measurement fails.
+    pub dropout: f32,
+    /// Steps from a command to its effect.
+    pub latency_steps: u32,
+    /// Time constant with which the base follows a command, s.
+    pub actuation_lag_s: f32,
+    /// True velocity over commanded velocity.
+    pub velocity_gain: f32,
+    /// Believed distance over true distance, minus 1.
+    pub odometry_scale: f32,
+    /// Believed minus true turn per distance driven, rad/m.
+    pub odometry_turn_radpm: f32,
+    /// True footprint radius over that of the task.
+    pub radius_scale: f32,
+}
+
+impl Default for Disturbance {
+    fn default() -> Self {
+        Self::none()
+    }
+}
+
+impl Disturbance {
+    /// A perfect robot.
+    pub const fn none() -> Self {
+        Self {
+            range_noise_m: [0.0; 2],
+            dropout: [0.0; 2],
+            latency_steps: [0; 2],
+            actuation_lag_s: [0.0; 2],
+            velocity_gain: [1.0; 2],
+            odometry_drift: [0.0; 2],
+            radius_scale: [1.0; 2],
+        }
+    }
+
+    /// What the shipped policies are trained with.
+    pub const fn trained() -> Self {
+        Self {
+            range_noise_m: [0.01, 0.03],
+            dropout: [0.0, 0.1],
+            latency_steps: [0, 2],
+            actuation_lag_s: [0.0, 0.15],
+            velocity_gain: [0.9, 1.1],
+            odometry_drift: [0.0, 0.02],
+            radius_scale: [0.9, 1.1],
+        }
+    }
+
+    /// The first thing about these ranges that makes no sense, as a sentence.
+    ///
+    /// # Errors
+    /// A field whose range is empty or reaches outside its limits.
+    pub fn validate(&self) -> Result<(), &'static str> {
+        let within = |range: [f32; 2], low: f32, high: f32| {
+            range[0] >= low && range[0] <= range[1] && range[1] <= high
+        };
+        let latency = self.latency_steps;
+        let checks = [
+            (within(self.range_noise_m, 0.0, 1.0), "range_noise_m must be [low, high] within [0, 1]"),
+            (within(self.dropout, 0.0, 1.0), "dropout must be [low, high] within [0, 1]"),
+            (
+                latency[0] <= latency[1] && latency[1] <= LATENCY_MAX_STEPS,
+                "latency_steps must be [low, high] within [0, 8]",
+            ),
+            (within(self.actuation_lag_s, 0.0, 5.0), "actuation_lag_s must be [low, high] within [0, 5]"),
+            (within(self.velocity_gain, 0.1, 2.0), "velocity_gain must be [low, high] within [0.1, 2]"),
+            (within(self.odometry_drift, 0.0, 0.5), "odometry_drift must be [low, high] within [0, 0.5]"),
+            (within(self.radius_scale, 0.1, 2.0), "radius_scale must be [low, high] within [0.1, 2]"),
+        ];
+        match checks.into_iter().find(|(fine, _)| !fine) {
+            Some((_, sentence)) => Err(sentence),
+            None => Ok(()),
+        }
+    }
+
+    /// Draws an episode. The number of draws does not depend on the ranges.
+    pub fn draw(&self, rng: &mut impl Rng) -> DrawnDisturbance {
+        let mut uniform = |[low, high]: [f32; 2]| low + (high - low) * rng.random::<f32>();
+        let latency = self.latency_steps.map(|steps| steps.min(LATENCY_MAX_STEPS));
+        let latency_share = uniform([0.0, 1.0]);
+        let choices = latency[1].saturating_sub(latency[0]) + 1;
+        let drift = uniform(self.odometry_drift);
+        let mixture_rad = uniform([0.0, std::f32::consts::TAU]);
+        DrawnDisturbance {
+            range_noise_m: uniform(self.range_noise_m),
+            dropout: uniform(self.dropout),
+            latency_steps: latency[0] + ((latency_share * choices as f32) as u32).min(choices - 1),
+            actuation_lag_s: uniform(self.actuation_lag_s),
+            velocity_gain: uniform(self.velocity_gain),
+            odometry_scale: drift * libm::cosf(mixture_rad),
+            // A steady turn of b rad/m puts a straight run of L off by b L²/2 sideways.
+            odometry_turn_radpm: 2.0 * drift * libm::sinf(mixture_rad) / DRIFT_REFERENCE_M,
+            radius_scale: uniform(self.radius_scale),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    #[test]
+    fn both_presets_are_valid_and_nonsense_is_not() {
+        assert_eq!(Disturbance::none().validate(), Ok(()));
+        assert_eq!(Disturbance::trained().validate(), Ok(()));
+        let wrong = Disturbance { dropout: [0.2, 0.1], ..Disturbance::none() };
+        assert_eq!(wrong.validate(), Err("dropout must be [low, high] within [0, 1]"));
+        let wrong = Disturbance { range_noise_m: [0.0, f32::NAN], ..Disturbance::none() };
+        assert!(wrong.validate().is_err());
+    }
+
+    #[test]
+    fn draws_stay_inside_their_ranges_and_reach_both_ends_of_the_latency() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        let mut latencies = [0_u32; 3];
+        for _ in 0..1000 {
+            let drawn = Disturbance::trained().draw(&mut rng);
+            assert!((0.01..=0.03).contains(&drawn.range_noise_m));
+            assert!((0.0..=0.1).contains(&drawn.dropout));
+            assert!((0.9..=1.1).contains(&drawn.velocity_gain) && (0.9..=1.1).contains(&drawn.radius_scale));
+            let sideways = drawn.odometry_turn_radpm * DRIFT_REFERENCE_M / 2.0;
+            assert!(drawn.odometry_scale.hypot(sideways) <= 0.02 + 1e-6);
+            latencies[drawn.latency_steps as usize] += 1;
+        }
+        assert!(latencies.iter().all(|&count| count > 250), "{latencies:?}");
+    }
+}

@@ -1,0 +1,234 @@
+//! Walking people: each goes round its waypoints for ever, in one of four ways.
+//!
+//! | model | sees | file |
+//! |---|---|---|
+//! | scripted | nobody; walks straight lines at its speed | [`scripted`] |
+//! | scripted, yielding | who is close ahead, and waits | [`scripted`] |
+//! | social force | people and walls within [`SIGHT_M`] | [`social_force`] |
+//! | ORCA | people and walls within [`SIGHT_M`] | [`orca`] |
+//!
+//! Whether a person also sees the robot is its own property. Velocities are chosen once a step, all from the
+//! same moment; then everybody moves with them in substeps. Social force and ORCA are kept out of static
+//! obstacles whatever they wish; scripted people trust their waypoints to lie in free straight lines. The
+//! cost of a step is bounded: everybody looks at the nearest [`NEIGHBOURS_MAX`] only, found by comparing all
+//! pairs.
+
+mod neighbours;
+mod orca;
+mod scripted;
+mod social_force;
+
+pub use neighbours::{NEIGHBOURS_MAX, SIGHT_M};
+
+use crate::collision::closest_on_segment;
+use crate::obstacles::Obstacles;
+use crate::world::{Person, WalkModel};
+use nav_core::geometry::{Point, Vector};
+use neighbours::Neighbours;
+use rand::{Rng, RngExt};
+
+/// Scripted people turn to the next waypoint this close to one, m.
+const REACHED_SCRIPTED_M: f32 = 0.05;
+/// Others, who may have to share it, turn this close, m.
+const REACHED_M: f32 = 0.4;
+/// Who comes no nearer to its waypoint for so long turns round, s.
+const PATIENCE_S: f32 = 4.0;
+/// What counts as nearer, m.
+const NEARER_M: f32 = 0.1;
+/// Largest angle by which those who avoid others prefer one side, rad: it breaks perfect symmetry.
+const BIAS_RAD: f32 = 0.06;
+
+/// A person at a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PersonState {
+    /// Centre in the world, m.
+    pub position: Point,
+    /// Velocity in the world, m/s.
+    pub velocity: Vector,
+    /// Radius, m.
+    pub radius_m: f32,
+}
+
+/// The robot as people see it.
+#[derive(Clone, Copy, Debug)]
+pub struct RobotState {
+    /// Centre in the world, m.
+    pub position: Point,
+    /// Velocity in the world, m/s.
+    pub velocity: Vector,
+    /// Radius of the footprint, m.
+    pub radius_m: f32,
+}
+
+/// Where a person is on its round.
+#[derive(Clone, Copy, Debug)]
+struct Walker {
+    waypoint: usize,
+    forwards: bool,
+    /// Closest that it came to the waypoint, m, and how long ago, s.
+    closest_m: f32,
+    stalled_s: f32,
+    /// Standing to let somebody pass.
+    waits: bool,
+    bias_rad: f32,
+}
+
+/// Everybody in a world.
+#[derive(Clone, Debug, Default)]
+pub struct Crowd {
+    people: Vec<PersonState>,
+    walkers: Vec<Walker>,
+    chosen: Vec<Vector>,
+    neighbours: Neighbours,
+    orca: orca::Scratch,
+}
+
+impl Crowd {
+    /// Puts everybody at its start, at rest.
+    pub fn reset(&mut self, people: &[Person], rng: &mut impl Rng) {
+        self.people.clear();
+        self.people.extend(people.iter().map(|person| PersonState {
+            position: person.start,
+            velocity: Vector::zeros(),
+            radius_m: person.radius_m,
+        }));
+        self.walkers.clear();
+        self.walkers.extend(people.iter().map(|_| Walker {
+            waypoint: 0,
+            forwards: true,
+            closest_m: f32::INFINITY,
+            stalled_s: 0.0,
+            waits: false,
+            bias_rad: BIAS_RAD * (2.0 * rng.random::<f32>() - 1.0),
+        }));
+    }
+
+    /// Everybody, in the order of the world's people.
+    pub fn people(&self) -> &[PersonState] {
+        &self.people
+    }
+
+    /// Chooses the velocities of the next `dt_s`. `people` are those of the last reset.
+    pub fn decide(&mut self, people: &[Person], robot: RobotState, obstacles: &Obstacles, dt_s: f32) {
+        self.chosen.clear();
+        for (index, person) in people.iter().enumerate() {
+            let state = self.people[index];
+            let preferred = self.preferred(index, person, dt_s);
+            if person.model != WalkModel::Scripted {
+                let robot = person.sees_robot.then_some(robot);
+                self.neighbours.gather(index, people, &self.people, robot);
+            }
+            let neighbours = self.neighbours.as_slice();
+            let velocity = match person.model {
+                WalkModel::Scripted => preferred,
+                WalkModel::ScriptedYielding => {
+                    let others = |other: usize| self.walkers[other].waits && other > index;
+                    let waits = scripted::must_wait(&state, preferred, neighbours, others);
+                    self.walkers[index].waits = waits;
+                    if waits { Vector::zeros() } else { preferred }
+                }
+                WalkModel::SocialForce => {
+                    let walk = social_force::Walk { speed_mps: person.speed_mps, preferred, dt_s };
+                    social_force::velocity(&state, walk, neighbours, obstacles)
+                }
+                WalkModel::Orca => {
+                    let walk = orca::Walk { speed_mps: person.speed_mps, preferred, dt_s };
+                    orca::velocity(&state, walk, neighbours, obstacles, &mut self.orca)
+                }
+            };
+            let avoids = matches!(person.model, WalkModel::SocialForce | WalkModel::Orca);
+            self.chosen.push(if avoids { kept_out(&state, velocity, obstacles, dt_s) } else { velocity });
+        }
+        for (state, &velocity) in self.people.iter_mut().zip(&self.chosen) {
+            state.velocity = velocity;
+        }
+    }
+
+    /// Everybody moves for `dt_s` with the chosen velocity.
+    pub fn advance(&mut self, dt_s: f32) {
+        for person in &mut self.people {
+            person.position += person.velocity * dt_s;
+        }
+    }
+
+    /// Turns to the next waypoint where due, and gives the velocity straight to it, m/s.
+    fn preferred(&mut self, index: usize, person: &Person, dt_s: f32) -> Vector {
+        let position = self.people[index].position;
+        let walker = &mut self.walkers[index];
+        let avoids = matches!(person.model, WalkModel::SocialForce | WalkModel::Orca);
+        let reached_m = if avoids { REACHED_M } else { REACHED_SCRIPTED_M };
+        let Some(target) = person.waypoints.get(walker.waypoint) else {
+            return Vector::zeros();
+        };
+        let mut distance_m = (target - position).norm();
+        let alone = person.waypoints.len() == 1;
+        if distance_m <= reached_m && !alone {
+            walker.turn_to_next(person.waypoints.len());
+            distance_m = (person.waypoints[walker.waypoint] - position).norm();
+        } else if avoids && !alone && walker.is_stuck(distance_m, dt_s) {
+            walker.forwards = !walker.forwards;
+            walker.turn_to_next(person.waypoints.len());
+            distance_m = (person.waypoints[walker.waypoint] - position).norm();
+        }
+        if distance_m <= 1e-4 {
+            return Vector::zeros();
+        }
+        // Never past the waypoint within this step.
+        let speed_mps = person.speed_mps.min(distance_m / dt_s);
+        let straight = (person.waypoints[walker.waypoint] - position) * (speed_mps / distance_m);
+        if avoids { turned(straight, walker.bias_rad) } else { straight }
+    }
+}
+
+impl Walker {
+    fn turn_to_next(&mut self, count: usize) {
+        let step = if self.forwards { 1 } else { count - 1 };
+        self.waypoint = (self.waypoint + step) % count;
+        self.closest_m = f32::INFINITY;
+        self.stalled_s = 0.0;
+    }
+
+    fn is_stuck(&mut self, distance_m: f32, dt_s: f32) -> bool {
+        if distance_m < self.closest_m - NEARER_M {
+            self.closest_m = distance_m;
+            self.stalled_s = 0.0;
+        } else {
+            self.stalled_s += dt_s;
+        }
+        self.stalled_s > PATIENCE_S
+    }
+}
+
+fn turned(vector: Vector, angle_rad: f32) -> Vector {
+    // Small angles only: second order is enough.
+    let (sin, cos) = (angle_rad, 1.0 - 0.5 * angle_rad * angle_rad);
+    Vector::new(cos * vector.x - sin * vector.y, sin * vector.x + cos * vector.y)
+}
+
+/// The velocity, changed so that the next step does not enter a static obstacle.
+fn kept_out(person: &PersonState, velocity: Vector, obstacles: &Obstacles, dt_s: f32) -> Vector {
+    let mut next = person.position + velocity * dt_s;
+    let mut push = |from: Point, reach_m: f32| {
+        let away = next - from;
+        let distance_m2 = away.norm_squared();
+        if distance_m2 < reach_m * reach_m && distance_m2 > 1e-8 {
+            let distance_m = distance_m2.sqrt();
+            next += away * ((reach_m - distance_m) / distance_m);
+            true
+        } else {
+            false
+        }
+    };
+    let reach_m = person.radius_m + velocity.norm() * dt_s;
+    let mut changed = false;
+    for (edges, discs) in obstacles.near(person.position, reach_m) {
+        for edge in edges {
+            // From where the person stands now: from behind a thin wall the push would have the wrong sign.
+            changed |= push(closest_on_segment(person.position, edge), person.radius_m);
+        }
+        for disc in discs {
+            changed |= push(disc.center, person.radius_m + disc.radius_m);
+        }
+    }
+    if changed { (next - person.position) / dt_s } else { velocity }
+}

@@ -1,0 +1,315 @@
+//! One robot in one world: reset and step.
+//!
+//! | step | what happens |
+//! |---|---|
+//! | 1 | people choose their velocities from where everybody stands |
+//! | 2 | the command enters the latency queue; the one that leaves it becomes the base's target |
+//! | 3 | base and people move in substeps; each is checked for collision, then for the goal |
+//!
+//! Start: the world's start pose, at rest. End: reached or collided (terminated), or `episode_steps` are over
+//! (truncated). Nothing here reads a clock; the same world, task, disturbance, seed and commands give the
+//! same bits. People and sensor noise draw from separate streams, so noise never changes what people do.
+
+use crate::collision::{time_to_disc_s, time_to_segment_s};
+use crate::disturbance::{Disturbance, DrawnDisturbance};
+use crate::dynamics::Base;
+pub use crate::dynamics::Twist;
+use crate::lidar::{Lidar, measure};
+use crate::obstacles::Obstacles;
+use crate::odometer::Odometer;
+use crate::people::{Crowd, PersonState, RobotState};
+use crate::world::{Disc, World};
+use nav_core::geometry::{Point, Pose, Vector};
+use nav_core::messages::{Goal, Header, LaserScan, Odometry};
+use nav_core::task::Task;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::sync::Arc;
+
+/// Below this speed a robot that is hit counts as standing, m/s.
+pub const STANDING_MPS: f32 = 0.05;
+/// [`Simulation::clearance_m`] looks this far, m.
+pub const CLEARANCE_MAX_M: f32 = 10.0;
+
+/// Separates the random streams of one seed.
+const PEOPLE_STREAM: u64 = 0x7065_6f70_6c65;
+const NOISE_STREAM: u64 = 0x6e_6f69_7365;
+
+/// How an episode stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It goes on.
+    Running,
+    /// The robot's centre came within the goal radius (terminated).
+    Reached,
+    /// The footprint touched an obstacle or a person, or left the bounds (terminated).
+    Collided,
+    /// `episode_steps` are over (truncated).
+    TimedOut,
+}
+
+impl Outcome {
+    /// Whether the episode ended by what happened in it.
+    pub const fn is_terminated(self) -> bool {
+        matches!(self, Self::Reached | Self::Collided)
+    }
+
+    /// Whether the episode ended because time was over.
+    pub const fn is_truncated(self) -> bool {
+        matches!(self, Self::TimedOut)
+    }
+
+    /// Whether the episode ended.
+    pub const fn is_over(self) -> bool {
+        !matches!(self, Self::Running)
+    }
+}
+
+/// One robot in one world.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    world: Arc<World>,
+    task: Task,
+    disturbance: Disturbance,
+    seed: u64,
+    drawn: DrawnDisturbance,
+    obstacles: Obstacles,
+    lidar: Lidar,
+    crowd: Crowd,
+    base: Base,
+    odometer: Odometer,
+    steps: u32,
+    outcome: Outcome,
+    hit_while_standing: bool,
+}
+
+impl Simulation {
+    /// A simulation at its reset state.
+    pub fn new(world: Arc<World>, task: &Task, disturbance: &Disturbance, seed: u64) -> Self {
+        let drawn = disturbance.draw(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
+        let mut simulation = Self {
+            obstacles: Obstacles::new(&world),
+            lidar: Lidar::new(&task.lidar),
+            crowd: Crowd::default(),
+            base: Base::new(task, &drawn, world.start),
+            odometer: Odometer::new(&drawn, world.start),
+            task: *task,
+            disturbance: *disturbance,
+            drawn,
+            seed,
+            world,
+            steps: 0,
+            outcome: Outcome::Running,
+            hit_while_standing: false,
+        };
+        simulation.begin(seed);
+        simulation
+    }
+
+    /// Starts another episode with the same task and disturbance, in the same memory.
+    pub fn reset(&mut self, world: Arc<World>, seed: u64) {
+        if !Arc::ptr_eq(&self.world, &world) {
+            self.obstacles.rebuild(&world);
+            self.world = world;
+        }
+        self.begin(seed);
+    }
+
+    fn begin(&mut self, seed: u64) {
+        self.seed = seed;
+        self.drawn = self.disturbance.draw(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
+        self.base = Base::new(&self.task, &self.drawn, self.world.start);
+        self.odometer = Odometer::new(&self.drawn, self.world.start);
+        self.crowd.reset(&self.world.people, &mut Xoshiro256PlusPlus::seed_from_u64(seed ^ PEOPLE_STREAM));
+        self.steps = 0;
+        self.outcome = Outcome::Running;
+        self.hit_while_standing = false;
+    }
+
+    /// Drives for one control period and says how the episode stands. After the end nothing moves any more.
+    pub fn step(&mut self, command: Twist) -> Outcome {
+        if self.outcome.is_over() {
+            return self.outcome;
+        }
+        let robot = RobotState {
+            position: self.base.pose().position(),
+            velocity: self.base.velocity_in_world(),
+            radius_m: self.robot_radius_m(),
+        };
+        self.crowd.decide(&self.world.people, robot, &self.obstacles, self.task.control_period_s);
+        self.base.command(command);
+        for _ in 0..self.base.substeps() {
+            self.base.advance();
+            self.odometer.advance(self.base.velocity(), self.base.substep_s());
+            self.crowd.advance(self.base.substep_s());
+            self.outcome = self.judged();
+            if self.outcome.is_over() {
+                break;
+            }
+        }
+        self.steps += 1;
+        if self.outcome == Outcome::Collided {
+            self.hit_while_standing = self.base.velocity().linear_mps.abs() < STANDING_MPS;
+        } else if self.outcome == Outcome::Running && self.steps >= self.task.episode_steps {
+            self.outcome = Outcome::TimedOut;
+        }
+        self.outcome
+    }
+
+    fn judged(&self) -> Outcome {
+        let position = self.base.pose().position();
+        let radius_m = self.robot_radius_m();
+        let hits_person = self.crowd.people().iter().any(|person| {
+            let reach_m = radius_m + person.radius_m;
+            (person.position - position).norm_squared() < reach_m * reach_m
+        });
+        if hits_person || self.obstacles.collides(position, radius_m) {
+            Outcome::Collided
+        } else if (self.world.goal - position).norm() <= self.task.goal_radius_m {
+            Outcome::Reached
+        } else {
+            Outcome::Running
+        }
+    }
+
+    /// Measures a scan at the present pose. Noise depends on seed and step only: asked twice, the same scan.
+    pub fn scan(&mut self, into: &mut LaserScan) {
+        let moving = self
+            .crowd
+            .people()
+            .iter()
+            .map(|person| Disc { center: person.position, radius_m: person.radius_m });
+        let ranges_m = self.lidar.cast(self.base.pose(), &self.obstacles, moving);
+        let stream = (self.seed ^ NOISE_STREAM).wrapping_add(u64::from(self.steps) << 32);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(stream);
+        let DrawnDisturbance { range_noise_m, dropout, .. } = self.drawn;
+        measure(ranges_m, &self.task.lidar, range_noise_m, dropout, &mut rng, into);
+        into.header = self.header();
+    }
+
+    /// What wheel odometry believes at the present pose.
+    pub fn odometry(&self) -> Odometry {
+        Odometry {
+            header: self.header(),
+            pose: self.odometer.pose(),
+            linear_mps: self.odometer.velocity().linear_mps,
+            angular_radps: self.odometer.velocity().angular_radps,
+            reserved: 0,
+        }
+    }
+
+    /// The goal in the `odom` frame; it does not move with the drift.
+    pub fn goal(&self, id: u32) -> Goal {
+        let Point { coords: goal } = self.world.goal;
+        Goal { header: self.header(), x_m: goal.x, y_m: goal.y, radius_m: self.task.goal_radius_m, id }
+    }
+
+    /// Order and simulated time of whatever is measured now: from 1 at reset, up by one a step.
+    fn header(&self) -> Header {
+        let seq = u64::from(self.steps) + 1;
+        Header { stamp_ns: seq * self.task.control_period_ns(), seq }
+    }
+
+    /// True pose.
+    pub fn pose(&self) -> Pose {
+        self.base.pose()
+    }
+
+    /// True velocity.
+    pub fn velocity(&self) -> Twist {
+        self.base.velocity()
+    }
+
+    /// Steps since reset.
+    pub fn steps(&self) -> u32 {
+        self.steps
+    }
+
+    /// Simulated time since reset, s.
+    pub fn time_s(&self) -> f32 {
+        self.steps as f32 * self.task.control_period_s
+    }
+
+    /// How the episode stands.
+    pub fn outcome(&self) -> Outcome {
+        self.outcome
+    }
+
+    /// The world.
+    pub fn world(&self) -> &Arc<World> {
+        &self.world
+    }
+
+    /// The world's static obstacles, prepared.
+    pub fn obstacles(&self) -> &Obstacles {
+        &self.obstacles
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// What this episode drew from the disturbance.
+    pub fn disturbance(&self) -> &DrawnDisturbance {
+        &self.drawn
+    }
+
+    /// True radius of the footprint, m.
+    pub fn robot_radius_m(&self) -> f32 {
+        self.task.robot.radius_m * self.drawn.radius_scale
+    }
+
+    /// From the footprint's edge to the nearest static obstacle or person, m; negative in a collision, and
+    /// never more than [`CLEARANCE_MAX_M`].
+    pub fn clearance_m(&self) -> f32 {
+        let position = self.base.pose().position();
+        let radius_m = self.robot_radius_m();
+        let people = self.crowd.people().iter();
+        let nearest_m = people
+            .map(|person| (person.position - position).norm() - person.radius_m)
+            .fold(self.obstacles.distance_m(position, CLEARANCE_MAX_M + radius_m), f32::min);
+        nearest_m - radius_m
+    }
+
+    /// Time until the footprint touches a person or static obstacle if all keep their present velocities
+    /// (the robot straight ahead), s; `INFINITY` if that is more than [`crate::collision::HORIZON_S`] away.
+    pub fn time_to_collision_s(&self) -> f32 {
+        let position = self.base.pose().position();
+        let radius_m = self.robot_radius_m();
+        let velocity = self.base.velocity_in_world();
+        let people = self.crowd.people().iter().map(|person| {
+            time_to_disc_s(person.position - position, radius_m + person.radius_m, velocity - person.velocity)
+        });
+        people.fold(self.time_to_static_s(position, velocity, radius_m), f32::min)
+    }
+
+    fn time_to_static_s(&self, position: Point, velocity: Vector, radius_m: f32) -> f32 {
+        let end = position + velocity * crate::collision::HORIZON_S;
+        let margin = Vector::repeat(radius_m);
+        let mut soonest_s = f32::INFINITY;
+        for (edges, discs) in
+            self.obstacles.touching(position.inf(&end) - margin, position.sup(&end) + margin)
+        {
+            for edge in edges {
+                let time_s = time_to_segment_s(edge.a - position, edge.b - position, radius_m, velocity);
+                soonest_s = soonest_s.min(time_s);
+            }
+            for disc in discs {
+                let time_s = time_to_disc_s(disc.center - position, radius_m + disc.radius_m, velocity);
+                soonest_s = soonest_s.min(time_s);
+            }
+        }
+        soonest_s
+    }
+
+    /// Everybody, in the order of the world's people.
+    pub fn people(&self) -> &[PersonState] {
+        self.crowd.people()
+    }
+
+    /// Whether the episode ended in a collision while the robot drove slower than [`STANDING_MPS`].
+    pub fn hit_while_standing(&self) -> bool {
+        self.hit_while_standing
+    }
+}
