@@ -10,7 +10,7 @@
 //! 3. The wheel's `libtorch.so` asks for the CUDA library: an empty one that asks for the CPU library
 //!    takes its place.
 //!
-//! All is made in `.tools/libtorch.partial` and renamed when complete: a killed set-up leaves nothing
+//! All is made in `.tools/` and renamed when complete: a killed set-up leaves nothing
 //! that looks finished.
 
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::shell::{have, remove_folder, root, run_quiet, say, set_up_lock, size_mb, tools};
+use crate::shell::{have, partial_folder, remove_folder, root, run_quiet, say, set_up_lock, size_mb, tools};
 use crate::wheel::{Wheel, unpack};
 
 /// The version that tch 0.26 is made for.
@@ -108,8 +108,7 @@ pub(crate) fn set_up(wheel: Option<&Path>) -> Result<()> {
         }
     }
     let downloads = tools().join("download-torch");
-    let partial = tools().join("libtorch.partial");
-    remove_folder(&partial)?;
+    let partial = partial_folder("libtorch")?;
     let wheel = TORCH.fetch(&downloads, wheel)?;
     say("unpacking the CPU part and making it load without CUDA");
     unpack(&wheel, &KEPT, &partial)?;

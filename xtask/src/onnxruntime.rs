@@ -6,7 +6,7 @@ use std::fs;
 
 use anyhow::{Context, Result, bail};
 
-use crate::shell::{remove_folder, say, set_up_lock, tools};
+use crate::shell::{partial_folder, remove_folder, say, set_up_lock, tools};
 use crate::wheel::{Wheel, unpack};
 
 const ONNXRUNTIME: Wheel = Wheel {
@@ -42,8 +42,7 @@ pub(crate) fn set_up() -> Result<()> {
         );
     }
     let downloads = tools().join("download-onnxruntime");
-    let partial = tools().join("onnxruntime.partial");
-    remove_folder(&partial)?;
+    let partial = partial_folder("onnxruntime")?;
     let wheel = ONNXRUNTIME.fetch(&downloads, None)?;
     let member = format!("onnxruntime/capi/libonnxruntime.so.{}", ONNXRUNTIME.version);
     unpack(&wheel, &[&member, "onnxruntime/LICENSE", "onnxruntime/ThirdPartyNotices.txt"], &partial)?;

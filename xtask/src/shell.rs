@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
@@ -67,12 +68,12 @@ pub(crate) fn run_quiet(
     what: &str,
     mut alive: impl FnMut(Duration),
 ) -> Result<String> {
-    let logs = tempfile_pair(what)?;
+    let (mut out, mut err) = (nameless_file("out")?, nameless_file("err")?);
     let started = Instant::now();
     let mut child = command
         .stdin(Stdio::null())
-        .stdout(Stdio::from(File::create(&logs.0)?))
-        .stderr(Stdio::from(File::create(&logs.1)?))
+        .stdout(out.try_clone()?)
+        .stderr(err.try_clone()?)
         .spawn()
         .with_context(|| format!("could not start {what}"))?;
     let mut told = started;
@@ -86,34 +87,39 @@ pub(crate) fn run_quiet(
         }
         thread::sleep(Duration::from_millis(30));
     };
-    let read = |path: &Path| fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    let (out, err) = (read(&logs.0)?, read(&logs.1)?);
-    fs::remove_file(&logs.0)?;
-    fs::remove_file(&logs.1)?;
+    let (out, err) = (read_all(&mut out)?, read_all(&mut err)?);
     if !status.success() {
         bail!("{what} failed ({status}): {}", last_words(&err, &out));
     }
     Ok(out)
 }
 
-/// Two log files of this process under `.tools/`, one for each output.
-fn tempfile_pair(what: &str) -> Result<(PathBuf, PathBuf)> {
+/// A file that is gone when the last process closes it, for what a program prints.
+fn nameless_file(kind: &str) -> Result<File> {
     let folder = tools();
     fs::create_dir_all(&folder).with_context(|| format!("could not create {}", folder.display()))?;
-    let word: String = what.chars().filter(char::is_ascii_alphanumeric).take(16).collect();
-    let stem = format!("log-{}-{word}", std::process::id());
-    Ok((folder.join(format!("{stem}.out")), folder.join(format!("{stem}.err"))))
+    let path = folder.join(format!("log-{}-{kind}", std::process::id()));
+    let file = File::options().read(true).write(true).create(true).truncate(true).open(&path)?;
+    fs::remove_file(&path)?;
+    Ok(file)
 }
 
-/// What a program said about its failure: its lines with `error`, else its last lines.
+fn read_all(file: &mut File) -> Result<String> {
+    let mut bytes = Vec::new();
+    file.seek(SeekFrom::Start(0))?;
+    file.read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// What a program said about its failure: its last lines that begin with `error`, else its last lines.
 fn last_words(err: &str, out: &str) -> String {
     let source = if err.trim().is_empty() { out } else { err };
     let lines: Vec<&str> = source.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-    let mut errors: Vec<&str> =
-        lines.iter().copied().filter(|line| line.to_lowercase().contains("error")).collect();
-    errors.dedup();
-    let told = if errors.is_empty() { &lines[lines.len().saturating_sub(3)..] } else { &errors[..] };
-    if told.is_empty() { "it printed nothing".to_owned() } else { told[..told.len().min(3)].join("; ") }
+    let errors: Vec<&str> =
+        lines.iter().copied().filter(|line| line.to_lowercase().starts_with("error")).collect();
+    let told = if errors.is_empty() { &lines } else { &errors };
+    let told = &told[told.len().saturating_sub(2)..];
+    if told.is_empty() { "it printed nothing".to_owned() } else { told.join("; ") }
 }
 
 /// Where everything that is fetched or built beside the crates lies (git ignores it).
@@ -131,6 +137,21 @@ pub(crate) fn set_up_lock() -> Result<File> {
         file.lock().context("could not lock .tools/lock")?;
     }
     Ok(file)
+}
+
+/// A folder under `.tools/` to make something in before it is renamed into place.
+///
+/// It is this process's own: what a killed set-up left behind, or still writes, is not in it. The
+/// remains of earlier ones are removed.
+pub(crate) fn partial_folder(name: &str) -> Result<PathBuf> {
+    let prefix = format!("{name}.partial-");
+    for entry in fs::read_dir(tools())?.flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            // An unpacking that outlived its killed set-up may still write there: the next set-up removes it.
+            let _ = fs::remove_dir_all(entry.path());
+        }
+    }
+    Ok(tools().join(format!("{prefix}{}", std::process::id())))
 }
 
 /// Removes a folder and all it holds; it may be absent.

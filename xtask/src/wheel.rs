@@ -66,7 +66,8 @@ impl Wheel {
                 .env("TMPDIR", folder),
             &what,
             |_| say(&format!("  {} of {} MB", size_mb(folder).min(self.size_mb), self.size_mb)),
-        )?;
+        )
+        .context("check the network, or the package index pip is set to, and run this again")?;
         let found = fs::read_dir(folder)?
             .flatten()
             .map(|entry| entry.path())
