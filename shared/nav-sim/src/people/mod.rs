@@ -32,11 +32,12 @@ const REACHED_SCRIPTED_M: f32 = 0.05;
 /// Others, who may have to share it, turn this close, m.
 const REACHED_M: f32 = 0.4;
 /// Who comes no nearer to its waypoint for so long turns round, s.
-const PATIENCE_S: f32 = 4.0;
+const PATIENCE_S: f32 = 6.0;
 /// What counts as nearer, m.
 const NEARER_M: f32 = 0.1;
-/// Largest angle by which those who avoid others prefer one side, rad: it breaks perfect symmetry.
-const BIAS_RAD: f32 = 0.06;
+/// Least and largest angle by which those who avoid others walk to one side of straight ahead, rad; the side
+/// is drawn. It breaks the symmetry of two who meet head-on.
+const BIAS_RAD: [f32; 2] = [0.04, 0.1];
 
 /// A person at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +100,7 @@ impl Crowd {
             closest_m: f32::INFINITY,
             stalled_s: 0.0,
             waits: false,
-            bias_rad: BIAS_RAD * (2.0 * rng.random::<f32>() - 1.0),
+            bias_rad: drawn_bias_rad(rng),
         }));
     }
 
@@ -132,7 +133,7 @@ impl Crowd {
                     social_force::velocity(&state, walk, neighbours, obstacles)
                 }
                 WalkModel::Orca => {
-                    let walk = orca::Walk { speed_mps: person.speed_mps, preferred, dt_s };
+                    let walk = orca::Walk { index, speed_mps: person.speed_mps, preferred, dt_s };
                     orca::velocity(&state, walk, neighbours, obstacles, &mut self.orca)
                 }
             };
@@ -197,6 +198,11 @@ impl Walker {
         }
         self.stalled_s > PATIENCE_S
     }
+}
+
+fn drawn_bias_rad(rng: &mut impl Rng) -> f32 {
+    let size_rad = BIAS_RAD[0] + (BIAS_RAD[1] - BIAS_RAD[0]) * rng.random::<f32>();
+    if rng.random_bool(0.5) { size_rad } else { -size_rad }
 }
 
 fn turned(vector: Vector, angle_rad: f32) -> Vector {

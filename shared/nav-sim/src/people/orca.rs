@@ -24,6 +24,7 @@ const STATIC_MAX: usize = 12;
 /// How the person wants to walk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk {
+    pub(super) index: usize,
     pub(super) speed_mps: f32,
     pub(super) preferred: Vector,
     pub(super) dt_s: f32,
@@ -60,7 +61,8 @@ pub(super) fn velocity(
             radius: neighbour.radius_m,
             avoidance_responsibility: if neighbour.avoids { 1.0 } else { 0.0 },
         };
-        scratch.agents.push(Cow::Owned(without_chance(&agent, other, walk.dt_s)));
+        let side = if neighbour.person > Some(walk.index) { 1.0 } else { -1.0 };
+        scratch.agents.push(Cow::Owned(without_chance(&agent, other, side, walk.dt_s)));
     }
     let reach_m = person.radius_m + fastest_mps * WALL_HORIZON_S;
     scratch.add_static(&agent, person.position, reach_m, obstacles, walk.dt_s);
@@ -100,7 +102,7 @@ impl Scratch {
                         radius: disc.radius_m,
                         avoidance_responsibility: 0.0,
                     };
-                    self.agents.push(Cow::Owned(without_chance(agent, other, dt_s)));
+                    self.agents.push(Cow::Owned(without_chance(agent, other, 1.0, dt_s)));
                 }
             }
         }
@@ -115,13 +117,14 @@ fn facing(here: Point, edge: &Segment) -> Obstacle {
 }
 
 /// Two that overlap and would meet at one point make the library draw a random direction, from a generator
-/// that nobody can seed. Such a neighbour's velocity is moved by a millimetre a second, and nothing is drawn.
-fn without_chance(agent: &Agent, mut other: Agent, dt_s: f32) -> Agent {
+/// that nobody can seed. Such a neighbour's velocity is moved by a millimetre a second to one side (the two
+/// must see opposite sides to walk apart), and nothing is drawn.
+fn without_chance(agent: &Agent, mut other: Agent, side: f32, dt_s: f32) -> Agent {
     let to = other.position - agent.position;
     let reach_m = agent.radius + other.radius;
     let meets = agent.velocity - other.velocity - to / dt_s;
     if to.length_squared() <= reach_m * reach_m && meets.length_squared() < 1e-10 {
-        other.velocity.x += 1e-3;
+        other.velocity.x += side * 1e-3;
     }
     other
 }

@@ -1,0 +1,314 @@
+//! Reset and step: determinism, limits, disturbances, ends.
+
+mod common;
+
+use nav_core::geometry::{Point, Pose};
+use nav_core::messages::LaserScan;
+use nav_core::task::{Robot, Task};
+use nav_sim::disturbance::Disturbance;
+use nav_sim::simulation::{Outcome, Simulation, Twist};
+use nav_sim::world::{Bounds, Disc, Segment, WalkModel, World};
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::sync::Arc;
+
+const FULL_AHEAD: Twist = Twist { linear_mps: 1.0, angular_radps: 0.0 };
+
+fn simulation(world: World, disturbance: &Disturbance, seed: u64) -> Simulation {
+    Simulation::new(Arc::new(world), &Task::default(), disturbance, seed)
+}
+
+fn busy_world() -> World {
+    let discs = vec![Disc { center: Point::new(2.0, 8.0), radius_m: 0.4 }];
+    let segments = vec![Segment { a: Point::new(8.0, 1.0), b: Point::new(9.0, 4.0) }];
+    World { discs, segments, people: common::crossing_people(), ..common::room(10.0) }
+}
+
+/// Every bit that a learner can see over 500 random steps, with resets.
+fn trace(simulation: &mut Simulation) -> Vec<u32> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(99);
+    let mut scan = LaserScan::default();
+    let mut bits = Vec::new();
+    for step in 0..500_u64 {
+        let command =
+            Twist { linear_mps: rng.random_range(-0.2..1.2), angular_radps: rng.random_range(-1.5..1.5) };
+        if simulation.step(command).is_over() {
+            bits.push(u32::from(simulation.hit_while_standing()));
+            simulation.reset(Arc::clone(simulation.world()), step);
+        }
+        simulation.scan(&mut scan);
+        let (pose, odometry) = (simulation.pose(), simulation.odometry());
+        let clearances = [simulation.clearance_m(), simulation.time_to_collision_s()];
+        let numbers = [pose.x_m, pose.y_m, pose.yaw_rad, odometry.pose.x_m, odometry.pose.yaw_rad];
+        let people = simulation.people().iter().flat_map(|person| [person.position.x, person.velocity.y]);
+        bits.extend(numbers.into_iter().chain(clearances).chain(people).map(f32::to_bits));
+        bits.extend(scan.ranges_m().iter().map(|range_m| range_m.to_bits()));
+    }
+    bits
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let begin = |seed| simulation(busy_world(), &Disturbance::trained(), seed);
+    let first = trace(&mut begin(7));
+    assert_eq!(first, trace(&mut begin(7)));
+    assert_ne!(first, trace(&mut begin(8)), "another seed must differ");
+    let mut used = begin(3);
+    trace(&mut used);
+    used.reset(Arc::new(busy_world()), 7);
+    assert_eq!(first, trace(&mut used), "a reset simulation must equal a new one");
+    assert_eq!(first, trace(&mut begin(7).clone()));
+}
+
+#[test]
+fn sensor_noise_does_not_change_what_people_do() {
+    let noisy = Disturbance { range_noise_m: [0.05; 2], dropout: [0.3; 2], ..Disturbance::none() };
+    let (mut a, mut b) =
+        (simulation(busy_world(), &noisy, 4), simulation(busy_world(), &Disturbance::none(), 4));
+    let mut scan = LaserScan::default();
+    for _ in 0..200 {
+        a.step(Twist::default());
+        a.scan(&mut scan);
+        a.scan(&mut scan);
+        b.step(Twist::default());
+        assert_eq!(a.people(), b.people());
+    }
+}
+
+#[test]
+fn a_scan_asked_twice_is_the_same_and_the_next_step_is_another() {
+    let mut simulation = simulation(common::room(10.0), &Disturbance::trained(), 1);
+    let (mut first, mut again) = (LaserScan::default(), LaserScan::default());
+    let bits = |scan: &LaserScan| scan.ranges_m().iter().map(|range| range.to_bits()).collect::<Vec<_>>();
+    simulation.scan(&mut first);
+    simulation.scan(&mut again);
+    assert_eq!(bits(&first), bits(&again));
+    assert_eq!((first.header.seq, first.header.stamp_ns), (1, 100_000_000));
+    simulation.step(Twist::default());
+    simulation.scan(&mut again);
+    assert_ne!(bits(&first), bits(&again));
+    assert_eq!((again.header.seq, again.header.stamp_ns), (2, 200_000_000));
+    assert_eq!(simulation.odometry().header, again.header);
+    assert_eq!(simulation.goal(5).header, again.header);
+}
+
+#[test]
+fn noise_and_dropout_are_as_strong_as_asked() {
+    let disturbance = Disturbance { range_noise_m: [0.02; 2], dropout: [0.1; 2], ..Disturbance::none() };
+    // From the middle of a square of 8 m the beams reach 4 to 5.7 m; those to the corners miss.
+    let world = World { start: Pose::new(4.0, 4.0, 0.0), ..common::room(8.0) };
+    let mut noisy = simulation(world.clone(), &disturbance, 1);
+    let mut clean = simulation(world, &Disturbance::none(), 1);
+    let (mut a, mut b) = (LaserScan::default(), LaserScan::default());
+    let (mut squares, mut hits, mut lost, mut beams) = (0.0_f64, 0_u32, 0_u32, 0_u32);
+    for _ in 0..300 {
+        noisy.step(Twist::default());
+        clean.step(Twist::default());
+        noisy.scan(&mut a);
+        clean.scan(&mut b);
+        for (&noisy_m, &clean_m) in a.ranges_m().iter().zip(b.ranges_m()) {
+            beams += 1;
+            lost += u32::from(noisy_m.is_nan());
+            assert!(noisy_m.is_nan() || clean_m.is_finite() || noisy_m.is_infinite(), "a miss became a hit");
+            if noisy_m.is_finite() && clean_m < 4.9 {
+                squares += f64::from(noisy_m - clean_m).powi(2);
+                hits += 1;
+            }
+        }
+    }
+    let deviation_m = (squares / f64::from(hits)).sqrt();
+    assert!((deviation_m - 0.02).abs() < 0.001, "{deviation_m}");
+    let share = f64::from(lost) / f64::from(beams);
+    assert!((share - 0.1).abs() < 0.01, "{share}");
+    assert!(b.ranges_m().iter().any(|range_m| range_m.is_infinite()), "the corners are out of range");
+}
+
+#[test]
+fn velocities_and_accelerations_stay_within_the_limits() {
+    let robot = Robot::default();
+    let mut simulation = simulation(common::room(60.0), &Disturbance::none(), 0);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
+    let mut before = simulation.velocity();
+    for _ in 0..400 {
+        let command =
+            Twist { linear_mps: rng.random_range(-9.0..9.0), angular_radps: rng.random_range(-9.0..9.0) };
+        if simulation.step(command).is_over() {
+            simulation.reset(Arc::clone(simulation.world()), 0);
+            before = Twist::default();
+            continue;
+        }
+        let now = simulation.velocity();
+        assert!((0.0..=robot.linear_max_mps).contains(&now.linear_mps), "{now:?}");
+        assert!(now.angular_radps.abs() <= robot.angular_max_radps, "{now:?}");
+        assert!((now.linear_mps - before.linear_mps).abs() <= robot.linear_acceleration_mps2 * 0.1 + 1e-5);
+        assert!(
+            (now.angular_radps - before.angular_radps).abs()
+                <= robot.angular_acceleration_radps2 * 0.1 + 1e-5
+        );
+        before = now;
+    }
+    simulation.step(Twist { linear_mps: f32::NAN, angular_radps: f32::INFINITY });
+    assert!(simulation.pose().x_m.is_finite() && simulation.velocity().angular_radps.is_finite());
+}
+
+#[test]
+fn latency_delays_commands_by_whole_steps() {
+    for latency in 0..=8 {
+        let disturbance = Disturbance { latency_steps: [latency; 2], ..Disturbance::none() };
+        let mut simulation = simulation(common::room(20.0), &disturbance, 0);
+        let mut steps = 0;
+        while simulation.velocity().linear_mps <= 0.0 {
+            simulation.step(FULL_AHEAD);
+            steps += 1;
+        }
+        assert_eq!(steps, latency + 1);
+    }
+}
+
+#[test]
+fn lag_and_gain_shape_the_answer_to_a_step() {
+    let soft =
+        Task { robot: Robot { linear_acceleration_mps2: 50.0, ..Robot::default() }, ..Task::default() };
+    let disturbance =
+        Disturbance { actuation_lag_s: [0.5; 2], velocity_gain: [0.9; 2], ..Disturbance::none() };
+    let mut simulation = Simulation::new(Arc::new(common::room(20.0)), &soft, &disturbance, 0);
+    for _ in 0..5 {
+        simulation.step(FULL_AHEAD);
+    }
+    let after_one_constant = simulation.velocity().linear_mps;
+    assert!((after_one_constant - 0.9 * (1.0 - (-1.0_f32).exp())).abs() < 1e-3, "{after_one_constant}");
+    for _ in 0..40 {
+        simulation.step(FULL_AHEAD);
+    }
+    assert!((simulation.velocity().linear_mps - 0.9).abs() < 1e-3);
+}
+
+#[test]
+fn odometry_drifts_by_the_share_of_the_distance_that_was_asked() {
+    for seed in 0..20 {
+        let disturbance = Disturbance { odometry_drift: [0.02; 2], ..Disturbance::none() };
+        let mut simulation = simulation(common::room(40.0), &disturbance, seed);
+        assert_eq!(simulation.odometry().pose, simulation.pose());
+        while simulation.pose().x_m < 11.0 {
+            assert_eq!(simulation.step(FULL_AHEAD), Outcome::Running);
+        }
+        let off_m = (simulation.odometry().pose.position() - simulation.pose().position()).norm();
+        assert!((off_m - 0.2).abs() < 0.01, "{off_m}");
+        let goal = simulation.goal(1);
+        assert_eq!((goal.x_m, goal.y_m), (39.0, 39.0), "the goal does not move in the odom frame");
+    }
+}
+
+#[test]
+fn the_true_radius_decides_the_collision() {
+    for (scale, expected_x_m) in [(0.9, 0.18), (1.1, 0.22)] {
+        let disturbance = Disturbance { radius_scale: [scale; 2], ..Disturbance::none() };
+        let mut simulation = simulation(common::room(10.0), &disturbance, 0);
+        while simulation.step(FULL_AHEAD) == Outcome::Running {}
+        assert_eq!(simulation.outcome(), Outcome::Collided);
+        let left_m = 10.0 - simulation.pose().x_m;
+        assert!((left_m - expected_x_m).abs() < 0.051, "{left_m}");
+        assert!(simulation.clearance_m() < 0.0 && simulation.clearance_m() > -0.051);
+        assert!(!simulation.hit_while_standing());
+    }
+}
+
+#[test]
+fn episodes_end_by_goal_and_by_time_and_then_stand_still() {
+    let near = World { goal: Point::new(2.0, 1.0), ..common::room(10.0) };
+    let mut reaching = simulation(near, &Disturbance::none(), 0);
+    while reaching.step(FULL_AHEAD) == Outcome::Running {}
+    assert_eq!(reaching.outcome(), Outcome::Reached);
+    assert!((reaching.pose().x_m - 1.7).abs() < 0.051, "{:?}", reaching.pose());
+    let (pose, steps) = (reaching.pose(), reaching.steps());
+    assert_eq!(reaching.step(FULL_AHEAD), Outcome::Reached);
+    assert_eq!((reaching.pose(), reaching.steps()), (pose, steps));
+
+    let mut waiting = simulation(common::room(10.0), &Disturbance::none(), 0);
+    let outcomes: Vec<Outcome> = (0..500).map(|_| waiting.step(Twist::default())).collect();
+    assert!(outcomes[..499].iter().all(|outcome| !outcome.is_over()));
+    assert!(outcomes[499].is_truncated() && !outcomes[499].is_terminated());
+    assert!((waiting.time_s() - 50.0).abs() < 1e-3);
+}
+
+#[test]
+fn who_is_run_over_while_standing_is_told_apart() {
+    let people = vec![common::walker((5.0, 1.0), (0.5, 1.0), WalkModel::Scripted, false)];
+    let mut simulation = simulation(World { people, ..common::room(10.0) }, &Disturbance::none(), 0);
+    assert!((simulation.time_to_collision_s()).is_infinite(), "nobody moves yet");
+    simulation.step(Twist::default());
+    let expected_s = (5.0 - 0.08 - 1.0 - 0.45) / 0.8;
+    assert!(
+        (simulation.time_to_collision_s() - expected_s).abs() < 1e-3,
+        "{}",
+        simulation.time_to_collision_s()
+    );
+    while simulation.step(Twist::default()) == Outcome::Running {}
+    assert_eq!(simulation.outcome(), Outcome::Collided);
+    assert!(simulation.hit_while_standing());
+    assert_eq!(simulation.time_to_collision_s(), 0.0);
+}
+
+#[test]
+fn time_to_a_wall_counts_down_while_driving_at_it() {
+    let mut simulation = simulation(common::room(10.0), &Disturbance::none(), 0);
+    for _ in 0..20 {
+        simulation.step(FULL_AHEAD);
+    }
+    let expected_s = (10.0 - 0.2 - simulation.pose().x_m) / 1.0;
+    assert!((simulation.time_to_collision_s() - expected_s).abs() < 1e-3);
+    assert!((simulation.clearance_m() - 0.8).abs() < 1e-3, "{}", simulation.clearance_m());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// A room cut in two by a thin wall, whatever its place: no command, speed or radius jumps it.
+    #[test]
+    fn no_wall_is_jumped(
+        wall_m in 3.0..9.0_f32,
+        slope in -1.0..1.0_f32,
+        yaw_rad in -1.5..1.5_f32,
+        linear_max_mps in 0.2..5.0_f32,
+        radius_m in 0.05..0.5_f32,
+        control_period_s in 0.02..0.5_f32,
+        turns in prop::collection::vec(-1.0..1.0_f32, 300),
+    ) {
+        let task = Task {
+            control_period_s,
+            robot: Robot { linear_max_mps, radius_m, linear_acceleration_mps2: 50.0, ..Robot::default() },
+            ..Task::default()
+        };
+        let wall = Segment { a: Point::new(wall_m - slope, 0.0), b: Point::new(wall_m + slope, 10.0) };
+        let bounds = Bounds { min: Point::origin(), max: Point::new(20.0, 10.0) };
+        let goal = Point::new(19.0, 5.0);
+        let world = World { bounds, goal, segments: vec![wall], start: Pose::new(1.0, 5.0, yaw_rad), ..common::room(10.0) };
+        let mut simulation = Simulation::new(Arc::new(world), &task, &Disturbance::none(), 0);
+        for turn in turns {
+            let outcome = simulation.step(Twist { linear_mps: linear_max_mps, angular_radps: turn });
+            prop_assert_ne!(outcome, Outcome::Reached);
+            // The centre never leaves its side of the wall, nor the room.
+            let position = simulation.pose().position();
+            prop_assert!((wall.b - wall.a).perp(&(position - wall.a)) > 0.0, "{position}");
+            prop_assert!(bounds.contains(position), "{position}");
+            if outcome.is_over() {
+                break;
+            }
+        }
+    }
+
+    /// Whatever the robot does, it runs on exactly while its footprint is free.
+    #[test]
+    fn the_outcome_is_that_of_the_clearance(seed in 0..1000_u64) {
+        let mut simulation = simulation(busy_world(), &Disturbance::trained(), seed);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut outcome = Outcome::Running;
+        while outcome == Outcome::Running {
+            outcome = simulation.step(Twist { linear_mps: 0.8, angular_radps: rng.random_range(-1.0..1.0) });
+            let clearance_m = simulation.clearance_m();
+            prop_assert!((outcome == Outcome::Collided) == (clearance_m < 0.0) || clearance_m.abs() < 1e-5);
+            prop_assert!(clearance_m > -0.15, "{clearance_m}");
+        }
+    }
+}
