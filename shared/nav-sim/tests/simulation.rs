@@ -247,7 +247,7 @@ fn who_is_run_over_while_standing_is_told_apart() {
     while simulation.step(Twist::default()) == Outcome::Running {}
     assert_eq!(simulation.outcome(), Outcome::Collided);
     assert!(simulation.hit_while_standing());
-    assert_eq!(simulation.time_to_collision_s(), 0.0);
+    assert!(simulation.time_to_collision_s() <= 0.0, "it is here");
 }
 
 #[test]

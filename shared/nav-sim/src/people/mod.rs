@@ -117,7 +117,9 @@ impl Crowd {
             let preferred = self.preferred(index, person, dt_s);
             if person.model != WalkModel::Scripted {
                 let robot = person.sees_robot.then_some(robot);
-                self.neighbours.gather(index, people, &self.people, robot);
+                let yields = person.model == WalkModel::ScriptedYielding;
+                let sight_m = if yields { scripted::SIGHT_M } else { SIGHT_M };
+                self.neighbours.gather(index, people, &self.people, robot, sight_m);
             }
             let neighbours = self.neighbours.as_slice();
             let velocity = match person.model {

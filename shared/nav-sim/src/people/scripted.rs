@@ -6,6 +6,8 @@ use nav_core::geometry::Vector;
 
 /// Free room that a yielding person wants between itself and whoever is ahead, m.
 const ROOM_M: f32 = 0.5;
+/// Nobody farther than this can be in the way, m: room and two radii.
+pub(super) const SIGHT_M: f32 = 2.0;
 /// Cosine of half the angle that counts as ahead (50 degrees).
 const AHEAD_COS: f32 = 0.643;
 
