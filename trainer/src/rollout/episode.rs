@@ -1,0 +1,114 @@
+//! One robot in one world, through the robot's own navigator and guard.
+
+use nav_core::geometry::Pose;
+use nav_core::guard::Guard;
+use nav_core::messages::LaserScan;
+use nav_core::metrics::StepTruth;
+use nav_core::navigator::Navigator;
+use nav_core::task::Task;
+use nav_sim::disturbance::Disturbance;
+use nav_sim::simulation::{Outcome, Simulation, Twist};
+
+use super::worlds::Place;
+
+/// A simulated robot, observed at every moment.
+#[derive(Clone, Debug)]
+pub struct Episode {
+    place: Place,
+    simulation: Simulation,
+    navigator: Navigator,
+    guard: Guard,
+    scan: Box<LaserScan>,
+    goal_id: u32,
+}
+
+impl Episode {
+    /// A robot at the start of a place.
+    pub fn new(place: Place, task: &Task, disturbance: &Disturbance, seed: u64) -> Self {
+        let simulation = Simulation::new(place.world.clone(), task, disturbance, seed);
+        let mut episode = Self {
+            place,
+            simulation,
+            navigator: Navigator::new(task),
+            guard: Guard::new(task),
+            scan: Box::default(),
+            goal_id: 0,
+        };
+        episode.observe();
+        episode
+    }
+
+    /// Starts again, elsewhere.
+    pub fn restart(&mut self, place: Place, seed: u64) {
+        self.simulation.reset(place.world.clone(), seed);
+        self.place = place;
+        self.goal_id = self.goal_id.wrapping_add(1);
+        self.guard.restart_from(0.0, 0.0);
+        self.observe();
+    }
+
+    /// Drives a step with a low-level action in [-1, 1].
+    pub fn drive(&mut self, action: [f32; 2]) -> Outcome {
+        let wish = self.navigator.decode_low(action);
+        self.send(wish)
+    }
+
+    /// Stands (or brakes) for a step.
+    pub fn wait(&mut self) -> Outcome {
+        self.send((0.0, 0.0))
+    }
+
+    fn send(&mut self, wish: (f32, f32)) -> Outcome {
+        let (linear_mps, angular_radps, _) = self.guard.limit(wish);
+        let outcome = self.simulation.step(Twist { linear_mps, angular_radps });
+        self.observe();
+        outcome
+    }
+
+    fn observe(&mut self) {
+        self.simulation.scan(&mut self.scan);
+        let (odom, goal) = (self.simulation.odometry(), self.simulation.goal(self.goal_id));
+        self.navigator.observe(&self.scan, &odom, &goal);
+    }
+
+    /// Where it drives.
+    pub fn place(&self) -> &Place {
+        &self.place
+    }
+
+    /// What the robot knows.
+    pub fn navigator(&self) -> &Navigator {
+        &self.navigator
+    }
+
+    /// What the robot knows, to decide with.
+    pub fn navigator_mut(&mut self) -> &mut Navigator {
+        &mut self.navigator
+    }
+
+    /// The truth.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// Shortest way from where the robot truly is to the goal, m; `None` where its centre is closer to an
+    /// obstacle than the footprint fits.
+    pub fn way_m(&self) -> Option<f32> {
+        self.place.field.distance_m(self.simulation.pose().position())
+    }
+
+    /// The truth of the step just taken, for the metrics.
+    pub fn truth(&self) -> StepTruth {
+        StepTruth {
+            pose: self.simulation.pose(),
+            linear_mps: self.simulation.velocity().linear_mps,
+            clearance_m: self.simulation.clearance_m(),
+            time_to_collision_s: self.simulation.time_to_collision_s(),
+        }
+    }
+
+    /// Where the robot truly is.
+    pub fn pose(&self) -> Pose {
+        self.simulation.pose()
+    }
+}

@@ -1,0 +1,280 @@
+//! Stage B's robots: each decides, drives its frozen low level until the next decision is due, and so on.
+//!
+//! | field | value |
+//! |---|---|
+//! | observation | [`nav_core::observation`], high level, 107 numbers |
+//! | action | 16 directions, GOAL, WAIT, masked |
+//! | reward | [`HighConfig::reward`]: a step's, discounted and summed over the decision |
+//! | terminated | goal reached, or collision |
+//! | truncated | the episode's time over |
+
+use nav_core::navigator::Navigator;
+use nav_core::observation::{HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION};
+use nav_core::reward::{RewardProfile, decomposed, paper};
+use nav_core::subgoal::ActionMask;
+use nav_core::task::{ACTION_GOAL, Task};
+use nav_sim::disturbance::Disturbance;
+use nav_sim::simulation::Outcome;
+use rand::{RngExt, SeedableRng};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::episode::Episode;
+use super::policy::ActingNetwork;
+use super::worlds::Place;
+use crate::config::HighConfig;
+use crate::nn::Rng;
+
+/// A return over up to n decisions, as stored.
+#[derive(Clone, Debug)]
+pub struct HighTransition {
+    /// Observation when deciding.
+    pub observation: [f32; HIGH_OBSERVATION],
+    /// The action chosen.
+    pub action: usize,
+    /// Discounted sum of the rewards until the next observation.
+    pub reward: f32,
+    /// Discount of the next observation's value; 0 after a terminated episode.
+    pub discount: f32,
+    /// Observation up to n decisions later.
+    pub next_observation: [f32; HIGH_OBSERVATION],
+    /// What is legal there.
+    pub next_mask: ActionMask,
+}
+
+/// A decision whose return is not complete yet.
+#[derive(Clone, Debug)]
+struct Pending {
+    observation: [f32; HIGH_OBSERVATION],
+    action: usize,
+    reward: f32,
+    discount: f32,
+}
+
+/// What a decision led to.
+#[derive(Clone, Copy, Debug)]
+pub struct DecisionReport {
+    /// Steps driven.
+    pub steps: u32,
+    /// How the episode stands.
+    pub outcome: Outcome,
+    /// Sum of the step rewards of the decision, undiscounted.
+    pub reward: f32,
+}
+
+/// A robot of stage B, always at a moment of decision.
+#[derive(Clone, Debug)]
+pub struct HighRobot {
+    config: Arc<HighConfig>,
+    places: Arc<Vec<Place>>,
+    seed: u64,
+    episodes: u64,
+    episode: Episode,
+    pending: VecDeque<Pending>,
+    way_m: f32,
+    observation: [f32; HIGH_OBSERVATION],
+    mask: ActionMask,
+    last_course_rad: f32,
+    /// Actions since the episode began, to rebuild it after an interruption.
+    actions: Vec<u8>,
+}
+
+impl HighRobot {
+    /// A robot in its first episode.
+    pub fn new(
+        config: Arc<HighConfig>,
+        places: Arc<Vec<Place>>,
+        task: &Task,
+        disturbance: &Disturbance,
+        seed: u64,
+    ) -> Self {
+        let episode = Episode::new(places[0].clone(), task, disturbance, seed);
+        let mut robot = Self {
+            config,
+            places,
+            seed,
+            episodes: 0,
+            episode,
+            pending: VecDeque::new(),
+            way_m: 0.0,
+            observation: [0.0; HIGH_OBSERVATION],
+            mask: ActionMask::default(),
+            last_course_rad: 0.0,
+            actions: Vec::new(),
+        };
+        robot.begin(0);
+        robot
+    }
+
+    fn begin(&mut self, number: u64) {
+        self.episodes = number;
+        self.actions.clear();
+        self.pending.clear();
+        let mut rng = Rng::seed_from_u64(crate::seeds::derive(self.seed, number));
+        let place = self.places[rng.random_range(0..self.places.len())].clone();
+        self.episode.restart(place, rng.random());
+        self.way_m = self.episode.way_m().unwrap_or(0.0);
+        self.last_course_rad = self.episode.pose().yaw_rad;
+        self.prepare();
+    }
+
+    fn prepare(&mut self) {
+        let (observation, mask) = self.episode.navigator_mut().prepare_decision();
+        self.observation = *observation;
+        self.mask = mask;
+    }
+
+    /// Rebuilds the state from an episode number and its actions so far.
+    pub fn replay(&mut self, number: u64, actions: &[u8], low: &mut ActingNetwork) {
+        self.begin(number);
+        for &action in actions {
+            self.decide(usize::from(action), low, &mut Vec::new());
+        }
+    }
+
+    /// Episode number and actions since it began.
+    pub fn history(&self) -> (u64, &[u8]) {
+        (self.episodes, &self.actions)
+    }
+
+    /// What the policy sees now.
+    pub fn observation(&self) -> &[f32; HIGH_OBSERVATION] {
+        &self.observation
+    }
+
+    /// What is legal now.
+    pub fn mask(&self) -> ActionMask {
+        self.mask
+    }
+
+    /// The episode it drives.
+    pub fn episode(&self) -> &Episode {
+        &self.episode
+    }
+
+    /// Carries out a legal `action` until the next decision is due or the episode ends, adds the returns
+    /// that are complete to `transitions`, and begins the next episode where one ends.
+    pub fn decide(
+        &mut self,
+        action: usize,
+        low: &mut ActingNetwork,
+        transitions: &mut Vec<HighTransition>,
+    ) -> DecisionReport {
+        self.actions.push(action as u8);
+        self.episode.navigator_mut().commit(action);
+        let start = self.episode.navigator().pose();
+        let target_m = self
+            .episode
+            .navigator()
+            .decision()
+            .map_or(0.0, |decision| (decision.subgoal - start.position()).norm());
+        let obstacle_ahead = self.episode.navigator().scan().corridor_m(1.0, 0.0, 0.25, 1.0) < 1.0;
+        let mut pending = Pending { observation: self.observation, action, reward: 0.0, discount: 1.0 };
+        let (mut steps, mut total) = (0, 0.0);
+        let outcome = loop {
+            let outcome = drive_step(&mut self.episode, low);
+            steps += 1;
+            let progress_m = match self.episode.way_m() {
+                Some(way_m) => std::mem::replace(&mut self.way_m, way_m) - way_m,
+                None => 0.0,
+            };
+            if self.config.reward == RewardProfile::Decomposed {
+                let step = decomposed::HighStep {
+                    progress_m,
+                    reached: outcome == Outcome::Reached,
+                    collided: outcome == Outcome::Collided,
+                };
+                let reward = decomposed::high(&self.config.decomposed, &step);
+                pending.reward += pending.discount * reward;
+                total += reward;
+            }
+            pending.discount *= self.config.discount;
+            if outcome.is_over() || self.episode.navigator().decision_due().is_some() {
+                break outcome;
+            }
+        };
+        if self.config.reward == RewardProfile::Paper {
+            pending.reward = self.paper_reward(start, target_m, obstacle_ahead, outcome);
+            total = pending.reward;
+        }
+        self.prepare();
+        self.settle(pending, outcome, transitions);
+        if outcome.is_over() {
+            self.begin(self.episodes + 1);
+        }
+        DecisionReport { steps, outcome, reward: total }
+    }
+
+    /// Adds a decision to the returns that wait, and hands out those that are complete.
+    fn settle(&mut self, newest: Pending, outcome: Outcome, transitions: &mut Vec<HighTransition>) {
+        for waiting in &mut self.pending {
+            waiting.reward += waiting.discount * newest.reward;
+            waiting.discount *= newest.discount;
+        }
+        self.pending.push_back(newest);
+        let complete = if outcome.is_over() {
+            self.pending.len()
+        } else {
+            (self.pending.len() + 1).saturating_sub(self.config.n_step)
+        };
+        for done in self.pending.drain(..complete) {
+            transitions.push(HighTransition {
+                observation: done.observation,
+                action: done.action,
+                reward: done.reward,
+                discount: if outcome.is_terminated() { 0.0 } else { done.discount },
+                next_observation: self.observation,
+                next_mask: self.mask,
+            });
+        }
+    }
+
+    fn paper_reward(
+        &mut self,
+        start: nav_core::geometry::Pose,
+        target_m: f32,
+        obstacle_ahead: bool,
+        outcome: Outcome,
+    ) -> f32 {
+        let pose = self.episode.navigator().pose();
+        let goal = self.episode.navigator().goal();
+        let moved = pose.position() - start.position();
+        let course_rad = if moved.norm() > 1e-3 { moved.y.atan2(moved.x) } else { pose.yaw_rad };
+        let error = nav_core::geometry::wrap_angle(course_rad - start.bearing_to(goal));
+        let change = nav_core::geometry::wrap_angle(course_rad - self.last_course_rad);
+        self.last_course_rad = course_rad;
+        paper::high(
+            &self.config.paper,
+            &paper::HighStep {
+                direction_error_deg: error.to_degrees(),
+                moved_m: moved.norm(),
+                target_m,
+                obstacle_ahead,
+                direction_change_deg: change.to_degrees(),
+                collided: outcome == Outcome::Collided,
+            },
+        )
+    }
+}
+
+/// One step of the low level towards the decision's subgoal, or of waiting.
+pub fn drive_step(episode: &mut Episode, low: &mut ActingNetwork) -> Outcome {
+    let navigator: &Navigator = episode.navigator();
+    if navigator.is_waiting() {
+        return episode.wait();
+    }
+    let mut observation = [0.0; LOW_OBSERVATION];
+    navigator.encode_low(&mut observation);
+    let mut action = [0.0; LOW_ACTION];
+    low.run(&observation, &mut action);
+    episode.drive(action)
+}
+
+/// A random legal action: GOAL in a given share of draws, else any.
+pub fn random_action(mask: ActionMask, goal_share: f32, rng: &mut Rng) -> usize {
+    if rng.random::<f32>() < goal_share {
+        return ACTION_GOAL;
+    }
+    let pick = rng.random_range(0..mask.count()) as usize;
+    mask.actions().nth(pick).unwrap_or(ACTION_GOAL)
+}

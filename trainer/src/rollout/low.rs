@@ -1,0 +1,266 @@
+//! Stage A's robots: each drives from target to target, random subgoals in free corridors and the world's
+//! goal, until its episode ends.
+//!
+//! | field | value |
+//! |---|---|
+//! | observation | [`nav_core::observation`], low level, 78 numbers |
+//! | action | forward speed and turning rate, each in [-1, 1] |
+//! | reward | [`LowConfig::reward`] |
+//! | terminated | target reached, or collision |
+//! | truncated | target given up after `subgoal_steps`, or the episode's time over |
+
+use nav_core::geometry::{Point, Pose};
+use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
+use nav_core::reward::{RewardProfile, decomposed, paper};
+use nav_core::task::Task;
+use nav_sim::disturbance::Disturbance;
+use nav_sim::simulation::Outcome;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use std::sync::Arc;
+
+use super::episode::Episode;
+use super::worlds::Place;
+use crate::config::LowConfig;
+use crate::nn::Rng;
+
+/// Kept free around a random subgoal, m.
+const SUBGOAL_MARGIN_M: f32 = 0.15;
+
+/// How an attempt at a target ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attempt {
+    /// It goes on.
+    Running,
+    /// The target was reached (terminated).
+    Reached,
+    /// The robot collided (terminated).
+    Collided,
+    /// Time ran out (truncated).
+    GivenUp,
+}
+
+/// A transition, as stored.
+#[derive(Clone, Debug)]
+pub struct LowTransition {
+    /// Raw observation before the step.
+    pub observation: [f32; LOW_OBSERVATION],
+    /// What was done.
+    pub action: [f32; LOW_ACTION],
+    /// What it earned.
+    pub reward: f32,
+    /// Whether the next observation's value counts.
+    pub terminated: bool,
+    /// Raw observation after the step.
+    pub next_observation: [f32; LOW_OBSERVATION],
+}
+
+/// A robot of stage A.
+#[derive(Clone, Debug)]
+pub struct LowRobot {
+    config: Arc<LowConfig>,
+    places: Arc<Vec<Place>>,
+    /// This robot's own seed.
+    seed: u64,
+    episodes: u64,
+    /// Targets and worlds of this episode: restarted with each episode, so that an episode follows from its
+    /// number and its actions.
+    rng: Rng,
+    episode: Episode,
+    target: Point,
+    target_is_goal: bool,
+    target_radius_m: f32,
+    target_steps: u32,
+    last_action: [f32; LOW_ACTION],
+    observation: [f32; LOW_OBSERVATION],
+    /// Actions since the episode began, to rebuild it after an interruption.
+    actions: Vec<[f32; LOW_ACTION]>,
+}
+
+impl LowRobot {
+    /// A robot in its first episode.
+    pub fn new(
+        config: Arc<LowConfig>,
+        places: Arc<Vec<Place>>,
+        task: &Task,
+        disturbance: &Disturbance,
+        seed: u64,
+    ) -> Self {
+        let episode = Episode::new(places[0].clone(), task, disturbance, seed);
+        let mut robot = Self {
+            config,
+            places,
+            seed,
+            episodes: 0,
+            rng: Rng::seed_from_u64(seed),
+            episode,
+            target: Point::origin(),
+            target_is_goal: false,
+            target_radius_m: 0.0,
+            target_steps: 0,
+            last_action: [0.0; LOW_ACTION],
+            observation: [0.0; LOW_OBSERVATION],
+            actions: Vec::new(),
+        };
+        robot.begin(0);
+        robot
+    }
+
+    /// Begins episode `number` of this robot.
+    fn begin(&mut self, number: u64) {
+        self.episodes = number;
+        self.actions.clear();
+        self.rng = Rng::seed_from_u64(crate::seeds::derive(self.seed, number));
+        let place = self.places[self.rng.random_range(0..self.places.len())].clone();
+        let seed = self.rng.random();
+        self.episode.restart(place, seed);
+        self.last_action = [-1.0, 0.0];
+        self.choose_target();
+    }
+
+    /// Rebuilds the state from an episode number and its actions so far.
+    pub fn replay(&mut self, number: u64, actions: &[[f32; LOW_ACTION]]) {
+        self.begin(number);
+        for &action in actions {
+            self.step(action);
+        }
+    }
+
+    /// Episode number and actions since it began.
+    pub fn history(&self) -> (u64, &[[f32; LOW_ACTION]]) {
+        (self.episodes, &self.actions)
+    }
+
+    fn choose_target(&mut self) {
+        self.target_steps = 0;
+        let random = (self.rng.random::<f32>() >= self.config.goal_share).then(|| self.random_subgoal()).flatten();
+        self.target_is_goal = random.is_none();
+        self.target = random.unwrap_or_else(|| self.episode.navigator().goal());
+        self.target_radius_m = self.episode.simulation().task().goal_radius_m;
+        self.episode.navigator().encode_low_towards(self.target, &mut self.observation);
+    }
+
+    /// A random point at the end of a free corridor, `odom` frame.
+    fn random_subgoal(&mut self) -> Option<Point> {
+        let navigator = self.episode.navigator();
+        let radius_m = self.episode.simulation().task().robot.radius_m;
+        let [least_m, most_m] = self.config.subgoal_m;
+        for _ in 0..10 {
+            let bearing = self.rng.random_range(-std::f32::consts::PI..std::f32::consts::PI);
+            let free_m = navigator.scan().corridor_m(bearing.cos(), bearing.sin(), radius_m + 0.02, most_m + 0.5)
+                - SUBGOAL_MARGIN_M;
+            if free_m > least_m {
+                let distance_m = self.rng.random_range(least_m..=free_m.min(most_m));
+                let local = Point::new(distance_m * bearing.cos(), distance_m * bearing.sin());
+                return Some(navigator.pose().parent_from_local(local));
+            }
+        }
+        None
+    }
+
+    /// What the policy sees now.
+    pub fn observation(&self) -> &[f32; LOW_OBSERVATION] {
+        &self.observation
+    }
+
+    /// Takes a step; begins the next target or episode by itself where one ends.
+    pub fn step(&mut self, action: [f32; LOW_ACTION]) -> (LowTransition, Attempt) {
+        let observation = self.observation;
+        let before = self.episode.navigator().pose();
+        let nearest_m = self.episode.navigator().scan().nearest_m();
+        let outcome = self.episode.drive(action);
+        self.actions.push(action);
+        self.target_steps += 1;
+        let after = self.episode.navigator().pose();
+        let reached = (self.target - after.position()).norm() < self.target_radius_m
+            || (self.target_is_goal && outcome == Outcome::Reached);
+        let limit = if self.target_is_goal { u32::MAX } else { self.config.subgoal_steps };
+        let attempt = if outcome == Outcome::Collided {
+            Attempt::Collided
+        } else if reached {
+            Attempt::Reached
+        } else if outcome.is_over() || self.target_steps >= limit {
+            Attempt::GivenUp
+        } else {
+            Attempt::Running
+        };
+        let reward = self.reward(action, attempt, before, after, nearest_m);
+        self.episode.navigator().encode_low_towards(self.target, &mut self.observation);
+        let transition = LowTransition {
+            observation,
+            action,
+            reward,
+            terminated: matches!(attempt, Attempt::Reached | Attempt::Collided),
+            next_observation: self.observation,
+        };
+        self.last_action = action;
+        if outcome.is_over() {
+            self.begin(self.episodes + 1);
+        } else if attempt != Attempt::Running {
+            self.choose_target();
+        }
+        (transition, attempt)
+    }
+
+    fn reward(&self, action: [f32; 2], attempt: Attempt, before: Pose, after: Pose, nearest_m: f32) -> f32 {
+        let reached = attempt == Attempt::Reached;
+        let collided = attempt == Attempt::Collided;
+        let distance = |pose: Pose| (self.target - pose.position()).norm();
+        match self.config.reward {
+            RewardProfile::Decomposed => decomposed::low(
+                &self.config.decomposed,
+                &decomposed::LowStep {
+                    progress_m: distance(before) - distance(after),
+                    action,
+                    last_action: self.last_action,
+                    clearance_m: self.episode.simulation().clearance_m(),
+                    reached,
+                    collided,
+                },
+            ),
+            RewardProfile::Paper => {
+                let (linear_mps, angular_radps) = self.episode.navigator().decode_low(action);
+                let error = nav_core::geometry::wrap_angle(after.bearing_to(self.target) - after.yaw_rad);
+                let period_s = self.episode.simulation().task().control_period_s;
+                paper::low(
+                    &self.config.paper,
+                    &paper::LowStep {
+                        linear_mps,
+                        angular_radps,
+                        nearest_m,
+                        direction_error_deg: error.to_degrees(),
+                        moved_m: (after.position() - before.position()).norm(),
+                        // A step's share of the way: as far as the robot can go in one.
+                        target_m: distance(before)
+                            .min(self.episode.simulation().task().robot.linear_max_mps * period_s),
+                        reached,
+                        collided,
+                    },
+                )
+            }
+        }
+    }
+
+    /// The episode it drives.
+    pub fn episode(&self) -> &Episode {
+        &self.episode
+    }
+}
+
+/// Exploration: independent normal noise, its strength spread over the robots and halved in the course of
+/// the stage.
+pub fn explore(
+    config: &LowConfig,
+    robot: usize,
+    progress: f32,
+    action: [f32; LOW_ACTION],
+    rng: &mut Rng,
+) -> [f32; LOW_ACTION] {
+    let [least, most] = config.noise;
+    let place = if config.envs > 1 { robot as f32 / (config.envs - 1) as f32 } else { 0.5 };
+    let sigma = (least + (most - least) * place) * (1.0 - 0.5 * progress);
+    action.map(|value| {
+        let noise: f32 = StandardNormal.sample(rng);
+        (value + sigma * noise).clamp(-1.0, 1.0)
+    })
+}

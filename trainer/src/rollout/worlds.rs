@@ -1,0 +1,36 @@
+//! The worlds of a run: generated once, shared by all robots, with their shortest ways.
+
+use nav_sim::families::{Family, Split, generate};
+use nav_sim::geodesic::GeodesicField;
+use nav_sim::world::World;
+use std::sync::Arc;
+
+/// A world and the shortest ways to its goal.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// Its family.
+    pub family: Family,
+    /// Its seed within family and split.
+    pub seed: u64,
+    /// The world.
+    pub world: Arc<World>,
+    /// Distances to the goal for the footprint.
+    pub field: Arc<GeodesicField>,
+}
+
+/// Generates worlds `0..count` of each family on two threads.
+pub fn generate_places(families: &[Family], split: Split, count: u64, robot_radius_m: f32) -> Vec<Place> {
+    let wanted: Vec<_> = families.iter().flat_map(|&family| (0..count).map(move |seed| (family, seed))).collect();
+    let make = |&(family, seed): &(Family, u64)| {
+        let world = generate(family, split, seed);
+        let field = Arc::new(GeodesicField::new(&world, robot_radius_m));
+        Place { family, seed, world: Arc::new(world), field }
+    };
+    let (front, back) = wanted.split_at(wanted.len() / 2);
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| back.iter().map(make).collect::<Vec<_>>());
+        let mut places: Vec<_> = front.iter().map(make).collect();
+        places.extend(other.join().expect("world generation does not panic"));
+        places
+    })
+}

@@ -1,0 +1,253 @@
+//! Stage A: TD3 learns to drive to targets.
+//!
+//! A round: every robot takes a step, then the learner makes the updates that are due.
+
+use anyhow::{Result, ensure};
+use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
+use rand::{RngExt, SeedableRng};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+use crate::config::{Config, LowConfig};
+use crate::nn::Rng;
+use crate::replay::{ReplayBuffer, ReplayPosition};
+use crate::rollout::low::{Attempt, LowRobot, LowTransition, explore};
+use crate::rollout::policy::{ActingNetwork, Normaliser, pack, repack};
+use crate::rollout::worlds::Place;
+use crate::seeds::derive;
+use crate::td3::{Batch, Td3, Td3Losses, Td3State, Transition};
+use crate::train::window::Window;
+
+/// Stage A under way.
+pub struct LowStage {
+    config: Arc<LowConfig>,
+    learner: Td3,
+    replay: ReplayBuffer,
+    /// Raw observations of the warm-up, for the normaliser.
+    warmup: Vec<LowTransition>,
+    normaliser: Option<Normaliser>,
+    robots: Vec<LowRobot>,
+    noise: Vec<Rng>,
+    sampler: Rng,
+    batch: Batch,
+    acting: ActingNetwork,
+    env_steps: u64,
+    attempts: Window,
+    losses: Td3Losses,
+}
+
+/// Everything that a checkpoint keeps of the stage but the replay buffer's rows.
+#[derive(Serialize, Deserialize)]
+pub struct LowState {
+    learner: Td3State,
+    replay: ReplayPosition,
+    normaliser: Option<Normaliser>,
+    histories: Vec<(u64, Vec<[f32; LOW_ACTION]>)>,
+    noise: Vec<Rng>,
+    sampler: Rng,
+    env_steps: u64,
+    attempts: Window,
+    losses: Td3Losses,
+}
+
+impl LowStage {
+    /// A fresh stage.
+    ///
+    /// # Errors
+    /// A network that the executor cannot hold.
+    pub fn new(config: &Config, places: Arc<Vec<Place>>) -> Result<Self> {
+        let low = Arc::new(config.low.clone());
+        let robots = (0..low.envs as u64)
+            .map(|robot| {
+                let seed = derive(config.seed, 1_000 + robot);
+                LowRobot::new(low.clone(), places.clone(), &config.task, &config.disturbance, seed)
+            })
+            .collect();
+        let learner = Td3::new(LOW_OBSERVATION, LOW_ACTION, low.td3.clone(), derive(config.seed, 1));
+        Ok(Self {
+            acting: pack(learner.actor(), Some(&Normaliser::identity()), 1)?,
+            learner,
+            replay: ReplayBuffer::new(low.replay_capacity, Transition::row_length(LOW_OBSERVATION, LOW_ACTION)),
+            warmup: Vec::new(),
+            normaliser: None,
+            robots,
+            noise: (0..low.envs as u64).map(|robot| Rng::seed_from_u64(derive(config.seed, 2_000 + robot))).collect(),
+            sampler: Rng::seed_from_u64(derive(config.seed, 2)),
+            batch: Batch::new(low.batch, LOW_OBSERVATION, LOW_ACTION),
+            env_steps: 0,
+            attempts: Window::new(1_000),
+            losses: Td3Losses::default(),
+            config: low,
+        })
+    }
+
+    /// Whether the stage has had its steps.
+    pub fn is_finished(&self) -> bool {
+        self.env_steps >= self.config.env_steps
+    }
+
+    /// One step of every robot, and the updates that are due.
+    ///
+    /// # Errors
+    /// A learner whose numbers are no longer finite.
+    pub fn round(&mut self) -> Result<()> {
+        let progress = self.env_steps as f32 / self.config.env_steps as f32;
+        let is_warm = self.env_steps >= self.config.warmup_steps;
+        for robot in 0..self.robots.len() {
+            let rng = &mut self.noise[robot];
+            let action = if is_warm {
+                let mut action = [0.0; LOW_ACTION];
+                self.acting.run(self.robots[robot].observation(), &mut action);
+                explore(&self.config, robot, progress, action, rng)
+            } else {
+                [rng.random_range(-1.0..=1.0), rng.random_range(-1.0..=1.0)]
+            };
+            let (transition, attempt) = self.robots[robot].step(action);
+            self.attempts.note(attempt);
+            self.store(transition);
+            self.env_steps += 1;
+        }
+        if self.normaliser.is_none() && self.env_steps >= self.config.warmup_steps {
+            self.finish_warmup()?;
+        }
+        self.learn()
+    }
+
+    fn store(&mut self, transition: LowTransition) {
+        match &self.normaliser {
+            None => self.warmup.push(transition),
+            Some(normaliser) => store(&mut self.replay, normaliser, self.config.discount, transition),
+        }
+    }
+
+    /// Fixes the normaliser and stores the warm-up through it.
+    fn finish_warmup(&mut self) -> Result<()> {
+        let observations: Vec<f32> =
+            self.warmup.iter().flat_map(|transition| transition.observation.iter().copied()).collect();
+        let normaliser = Normaliser::of(&observations, LOW_OBSERVATION);
+        for transition in std::mem::take(&mut self.warmup) {
+            store(&mut self.replay, &normaliser, self.config.discount, transition);
+        }
+        self.normaliser = Some(normaliser);
+        self.refresh()
+    }
+
+    fn learn(&mut self) -> Result<()> {
+        let due = self.env_steps.saturating_sub(self.config.warmup_steps) / u64::from(self.config.env_steps_per_update);
+        if self.learner.updates() >= due {
+            return Ok(());
+        }
+        while self.learner.updates() < due {
+            self.batch.sample(&self.replay, &mut self.sampler);
+            self.losses = self.learner.update(&mut self.batch);
+        }
+        ensure!(
+            self.losses.is_finite(),
+            "the low level diverged after {} updates (a loss is no longer a finite number): try a lower \
+             low.td3.critic_learning_rate",
+            self.learner.updates()
+        );
+        self.refresh()
+    }
+
+    fn refresh(&mut self) -> Result<()> {
+        repack(&mut self.acting, self.learner.actor(), self.normaliser.as_ref(), 1)?;
+        Ok(())
+    }
+
+    /// Steps of all robots so far.
+    pub fn env_steps(&self) -> u64 {
+        self.env_steps
+    }
+
+    /// The learner.
+    pub fn learner(&self) -> &Td3 {
+        &self.learner
+    }
+
+    /// What the newest update told.
+    pub fn losses(&self) -> &Td3Losses {
+        &self.losses
+    }
+
+    /// How the newest attempts ended.
+    pub fn attempts(&self) -> &Window {
+        &self.attempts
+    }
+
+    /// The normaliser, fixed after the warm-up.
+    pub fn normaliser(&self) -> Option<&Normaliser> {
+        self.normaliser.as_ref()
+    }
+
+    /// The rows of the replay buffer, for a checkpoint.
+    pub fn replay_rows(&self) -> &[f32] {
+        self.replay.rows()
+    }
+
+    /// Whether a checkpoint can be taken now: not within the warm-up, which is seconds long.
+    pub fn can_save(&self) -> bool {
+        self.normaliser.is_some()
+    }
+
+    /// What a checkpoint keeps beside the rows.
+    pub fn state(&self) -> LowState {
+        let history = |robot: &LowRobot| (robot.history().0, robot.history().1.to_vec());
+        LowState {
+            learner: self.learner.state(),
+            replay: self.replay.position(),
+            normaliser: self.normaliser.clone(),
+            histories: self.robots.iter().map(history).collect(),
+            noise: self.noise.clone(),
+            sampler: self.sampler.clone(),
+            env_steps: self.env_steps,
+            attempts: self.attempts.clone(),
+            losses: self.losses,
+        }
+    }
+
+    /// Continues exactly from a state and its rows.
+    ///
+    /// # Errors
+    /// A state of another configuration.
+    pub fn restore(&mut self, state: LowState, rows: Vec<f32>) -> Result<()> {
+        const OTHER: &str = "the checkpoint is of another configuration than the run's config.toml";
+        ensure!(state.histories.len() == self.robots.len() && state.noise.len() == self.noise.len(), OTHER);
+        ensure!(self.learner.restore(state.learner), OTHER);
+        self.replay = ReplayBuffer::restore(state.replay, rows).ok_or_else(|| anyhow::anyhow!(OTHER))?;
+        for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {
+            robot.replay(*number, actions);
+        }
+        self.normaliser = state.normaliser;
+        self.noise = state.noise;
+        self.sampler = state.sampler;
+        self.env_steps = state.env_steps;
+        self.attempts = state.attempts;
+        self.losses = state.losses;
+        self.refresh()
+    }
+}
+
+fn store(replay: &mut ReplayBuffer, normaliser: &Normaliser, discount: f32, mut transition: LowTransition) {
+    normaliser.apply(&mut transition.observation);
+    normaliser.apply(&mut transition.next_observation);
+    Transition {
+        observation: &transition.observation,
+        action: &transition.action,
+        reward: transition.reward,
+        discount: if transition.terminated { 0.0 } else { discount },
+        next_observation: &transition.next_observation,
+    }
+    .store(replay);
+}
+
+impl Window {
+    fn note(&mut self, attempt: Attempt) {
+        match attempt {
+            Attempt::Running => {}
+            Attempt::Reached => self.push(true, false),
+            Attempt::Collided => self.push(false, true),
+            Attempt::GivenUp => self.push(false, false),
+        }
+    }
+}
