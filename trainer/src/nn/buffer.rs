@@ -1,0 +1,83 @@
+//! A matrix of `f32` that libtorch multiplies and Rust loops over.
+
+use tch::{Device, Kind, Tensor};
+
+/// A contiguous row-major `[rows, columns]` matrix on the CPU, owned by libtorch (which aligns it to 64
+/// bytes), readable and writable as a slice.
+///
+/// Views made by [`Buffer::tensor`] and [`Buffer::columns`] share the memory: they are operands of matrix
+/// products, which run to their end before any slice of the same buffer is taken again.
+#[derive(Debug)]
+pub struct Buffer {
+    tensor: Tensor,
+    rows: usize,
+    columns: usize,
+}
+
+impl Buffer {
+    /// A matrix of zeros.
+    pub fn zeros(rows: usize, columns: usize) -> Self {
+        let tensor = Tensor::zeros([rows as i64, columns as i64], (Kind::Float, Device::Cpu));
+        Self { tensor, rows, columns }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// All values, row after row.
+    pub fn as_slice(&self) -> &[f32] {
+        // SAFETY: the tensor is contiguous, f32, on the CPU and holds rows * columns values for as long as
+        // `self` lives; no view is written to while the slice is borrowed (see the type).
+        unsafe { std::slice::from_raw_parts(self.tensor.data_ptr().cast(), self.rows * self.columns) }
+    }
+
+    /// All values, row after row.
+    pub fn as_mut_slice(&mut self) -> &mut [f32] {
+        // SAFETY: as in `as_slice`, and `self` is borrowed exclusively.
+        unsafe { std::slice::from_raw_parts_mut(self.tensor.data_ptr().cast(), self.rows * self.columns) }
+    }
+
+    /// One row.
+    pub fn row(&self, index: usize) -> &[f32] {
+        &self.as_slice()[index * self.columns..][..self.columns]
+    }
+
+    /// One row.
+    pub fn row_mut(&mut self, index: usize) -> &mut [f32] {
+        let columns = self.columns;
+        &mut self.as_mut_slice()[index * columns..][..columns]
+    }
+
+    /// The first `rows` rows as a tensor that shares the memory.
+    pub fn tensor(&self, rows: usize) -> Tensor {
+        self.tensor.narrow(0, 0, rows as i64)
+    }
+
+    /// `count` columns from `start` of all rows, as a tensor that shares the memory.
+    pub fn columns_tensor(&self, start: usize, count: usize) -> Tensor {
+        self.tensor.narrow(1, start as i64, count as i64)
+    }
+
+    /// A `[rows, columns]` view of a one-row buffer from position `offset` on.
+    pub(crate) fn matrix_at(&self, offset: usize, rows: usize, columns: usize) -> Tensor {
+        assert!(offset + rows * columns <= self.rows * self.columns, "the view must lie inside the buffer");
+        self.tensor.as_strided(
+            [rows as i64, columns as i64],
+            [columns as i64, 1],
+            Some(offset as i64 + self.tensor.storage_offset()),
+        )
+    }
+}
+
+impl Clone for Buffer {
+    fn clone(&self) -> Self {
+        Self { tensor: self.tensor.copy(), rows: self.rows, columns: self.columns }
+    }
+}

@@ -1,0 +1,48 @@
+//! Small dense networks, trained without automatic differentiation.
+//!
+//! libtorch does the matrix products; everything else (bias, normalisation, activation, their
+//! derivatives, Adam, Polyak averaging) is a loop over plain `f32` slices. All parameters of a network
+//! live in one flat buffer, and so do its gradients and moments, so that an optimiser step, a target
+//! update and a checkpoint are each one pass over one slice.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`buffer`] | a matrix that is both a tensor and a slice |
+//! | [`mlp`] | the network: shape, forward, hand-written backward |
+//! | [`layer_norm`] | layer normalisation of a row and its derivative |
+//! | [`adam`] | the optimiser |
+//! | [`flat`] | Polyak averaging and gradient norms over flat slices |
+//!
+//! Every random number comes from a generator the caller passes in; torch's own, which is global to the
+//! process, is never used.
+
+pub mod adam;
+pub mod buffer;
+pub mod flat;
+pub(crate) mod kernels;
+pub mod layer_norm;
+pub mod mlp;
+mod tape;
+#[cfg(test)]
+mod tests;
+
+pub use adam::{Adam, AdamState};
+pub use buffer::Buffer;
+pub use mlp::{Activation, Dense, Mlp, MlpShape};
+
+/// The generator of every learner: small, fast, and it can be saved.
+pub type Rng = rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Prepares the process for training; call once, before the first tensor.
+///
+/// One torch thread a process: with more, the learner slows down by an order of magnitude as soon as
+/// anything else runs on the machine, and results depend on the thread count. Large freed blocks are kept
+/// instead of being given back to the kernel on every update.
+pub fn init_torch() {
+    tch::set_num_threads(1);
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: mallopt only changes a parameter of the allocator, and both arguments are valid for it.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, 1 << 30);
+    }
+}

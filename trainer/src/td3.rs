@@ -1,0 +1,357 @@
+//! TD3: twin delayed deep deterministic policy gradient (Fujimoto, van Hoof and Meger 2018), one update
+//! from one batch.
+//!
+//! Algorithm 1 of the paper, with these differences:
+//! 1. Hidden layers of the critics are layer-normalised (`critic_layer_norm`), which keeps their values
+//!    bounded outside the data.
+//! 2. The discount is a column of the batch (`gamma`, or 0 after a terminated episode), not a constant.
+//! 3. The actor's loss may carry the CAPS regulariser (Mysore et al. 2021): squared difference of the action
+//!    to that of the next observation (temporal) and to that of a perturbed observation (spatial), each a mean
+//!    over batch and action dimensions.
+//! 4. The actor's last layer starts small, so that a fresh policy does not sit in the flat ends of tanh.
+//! 5. Gradients may be clipped by norm.
+
+mod batch;
+mod smooth;
+#[cfg(test)]
+mod tests;
+
+use rand::SeedableRng;
+use rand::distr::Distribution;
+use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+
+pub use self::batch::{Batch, Transition};
+use self::smooth::Smoothness;
+use crate::nn::{Activation, Adam, AdamState, Mlp, MlpShape, Rng, flat};
+
+/// Hyper-parameters. Names follow the paper where it has one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Td3Config {
+    /// Hidden widths of actor and critics.
+    pub hidden: Vec<usize>,
+    /// Adam step size of the actor.
+    pub actor_learning_rate: f32,
+    /// Adam step size of the critics.
+    pub critic_learning_rate: f32,
+    /// Polyak rate of the targets.
+    pub tau: f32,
+    /// Critic updates for one update of actor and targets.
+    pub policy_delay: u32,
+    /// Standard deviation of the target policy's noise, in units of the action.
+    pub target_noise: f32,
+    /// Largest target policy noise.
+    pub target_noise_clip: f32,
+    /// Whether the critics' hidden layers are normalised.
+    pub critic_layer_norm: bool,
+    /// Factor on the initial weights of the actor's last layer.
+    pub actor_output_gain: f32,
+    /// Largest gradient norm, for actor and each critic; 0 means no limit.
+    pub gradient_norm_max: f32,
+    /// Weight of the temporal smoothness of the actor; 0 means off.
+    pub smooth_temporal: f32,
+    /// Weight of the spatial smoothness of the actor; 0 means off.
+    pub smooth_spatial: f32,
+    /// Standard deviation of the perturbation of the spatial smoothness, in units of the observation.
+    pub smooth_spatial_noise: f32,
+}
+
+impl Default for Td3Config {
+    fn default() -> Self {
+        Self {
+            hidden: vec![256, 256],
+            actor_learning_rate: 3e-4,
+            critic_learning_rate: 3e-4,
+            tau: 0.005,
+            policy_delay: 2,
+            target_noise: 0.2,
+            target_noise_clip: 0.5,
+            critic_layer_norm: true,
+            actor_output_gain: 0.1,
+            gradient_norm_max: 0.0,
+            smooth_temporal: 0.0,
+            smooth_spatial: 0.0,
+            smooth_spatial_noise: 0.05,
+        }
+    }
+}
+
+/// What one update tells. Values of the actor are those of its newest update.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Td3Losses {
+    /// Mean squared TD error, summed over both critics.
+    pub critic: f32,
+    /// Mean of `-Q1(s, pi(s))`, without the regulariser.
+    pub actor: f32,
+    /// Mean of the first critic over the batch.
+    pub q_mean: f32,
+    /// Largest value of the first critic in the batch.
+    pub q_max: f32,
+    /// Mean of the TD target.
+    pub target_mean: f32,
+    /// Norm of the critics' gradient before clipping, the larger of the two.
+    pub critic_gradient_norm: f32,
+    /// Norm of the actor's gradient before clipping.
+    pub actor_gradient_norm: f32,
+    /// Temporal smoothness loss, unweighted; 0 when off.
+    pub smooth_temporal: f32,
+    /// Spatial smoothness loss, unweighted; 0 when off.
+    pub smooth_spatial: f32,
+    /// Share of the policy's actions beyond ±0.99, where tanh hardly passes a gradient.
+    pub saturation: f32,
+}
+
+impl Td3Losses {
+    /// Whether every number is finite; a run that is not must be rolled back.
+    pub fn is_finite(&self) -> bool {
+        let Self { critic, actor, q_mean, q_max, target_mean, .. } = *self;
+        [critic, actor, q_mean, q_max, target_mean, self.critic_gradient_norm, self.actor_gradient_norm]
+            .iter()
+            .all(|value| value.is_finite())
+    }
+}
+
+/// A critic, its target and its optimiser.
+#[derive(Debug)]
+struct Critic {
+    online: Mlp,
+    target: Mlp,
+    adam: Adam,
+}
+
+/// The learner.
+#[derive(Debug)]
+pub struct Td3 {
+    config: Td3Config,
+    observation: usize,
+    action: usize,
+    actor: Mlp,
+    actor_target: Mlp,
+    actor_adam: Adam,
+    critics: [Critic; 2],
+    smoothness: Option<Smoothness>,
+    rng: Rng,
+    updates: u64,
+    losses: Td3Losses,
+    target: Vec<f32>,
+    gradient: Vec<f32>,
+}
+
+/// Everything that must be saved to continue exactly.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Td3State {
+    actor: Vec<f32>,
+    actor_target: Vec<f32>,
+    actor_adam: AdamState,
+    critics: [(Vec<f32>, Vec<f32>, AdamState); 2],
+    learning_rates: (f32, f32),
+    rng: Rng,
+    updates: u64,
+    losses: Td3Losses,
+}
+
+impl Td3 {
+    /// A learner with fresh weights for observations and actions of the given widths.
+    pub fn new(observation: usize, action: usize, config: Td3Config, seed: u64) -> Self {
+        let mut rng = Rng::seed_from_u64(seed);
+        let mut actor_shape = MlpShape::new(observation, &config.hidden, action, Activation::Tanh);
+        actor_shape.output_gain = config.actor_output_gain;
+        let mut critic_shape = MlpShape::new(observation + action, &config.hidden, 1, Activation::Identity);
+        critic_shape.layer_norm = config.critic_layer_norm;
+        let actor = Mlp::new(actor_shape, &mut rng);
+        let critics = [(); 2].map(|()| {
+            let online = Mlp::new(critic_shape.clone(), &mut rng);
+            let adam = Adam::new(online.parameters().len(), config.critic_learning_rate);
+            Critic { target: online.twin(), online, adam }
+        });
+        let smoothness = Smoothness::new(&config, observation, action);
+        Self {
+            actor_target: actor.twin(),
+            actor_adam: Adam::new(actor.parameters().len(), config.actor_learning_rate),
+            actor,
+            critics,
+            smoothness,
+            rng,
+            updates: 0,
+            losses: Td3Losses::default(),
+            target: Vec::new(),
+            gradient: Vec::new(),
+            observation,
+            action,
+            config,
+        }
+    }
+
+    /// The policy.
+    pub fn actor(&self) -> &Mlp {
+        &self.actor
+    }
+
+    /// The policy, for acting on a batch of observations.
+    pub fn actor_mut(&mut self) -> &mut Mlp {
+        &mut self.actor
+    }
+
+    /// Updates made.
+    pub fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    /// Multiplies both learning rates, for fine-tuning and after a roll-back.
+    pub fn scale_learning_rates(&mut self, factor: f32) {
+        let scale = |adam: &mut Adam| adam.set_learning_rate(adam.learning_rate() * factor);
+        scale(&mut self.actor_adam);
+        self.critics.iter_mut().for_each(|critic| scale(&mut critic.adam));
+    }
+
+    /// One update of the critics and, every `policy_delay` updates, of actor and targets.
+    ///
+    /// The action columns of `batch` are overwritten.
+    ///
+    /// # Panics
+    /// When the batch has other widths than the learner.
+    pub fn update(&mut self, batch: &mut Batch) -> Td3Losses {
+        assert_eq!(batch.widths(), (self.observation, self.action), "batch and learner agree on widths");
+        self.updates += 1;
+        self.compute_target(batch);
+        self.update_critics(batch);
+        if self.updates.is_multiple_of(u64::from(self.config.policy_delay.max(1))) {
+            self.update_actor(batch);
+            let tau = self.config.tau;
+            flat::polyak(self.actor_target.parameters_mut(), self.actor.parameters(), tau);
+            for Critic { online, target, .. } in &mut self.critics {
+                flat::polyak(target.parameters_mut(), online.parameters(), tau);
+            }
+        }
+        self.losses
+    }
+
+    /// `y = r + discount * min_i Q_i'(s', clip(pi'(s') + clip(noise)))`
+    fn compute_target(&mut self, batch: &mut Batch) {
+        let Td3Config { target_noise, target_noise_clip: clip, .. } = self.config;
+        let actions = self.actor_target.forward(&batch.next_observation());
+        for (row, action) in actions.chunks_exact(self.action).enumerate() {
+            for (slot, action) in batch.next_action_mut(row).iter_mut().zip(action) {
+                let noise: f32 = StandardNormal.sample(&mut self.rng);
+                *slot = (action + (target_noise * noise).clamp(-clip, clip)).clamp(-1.0, 1.0);
+            }
+        }
+        let input = batch.next_critic_input();
+        let [first, second] = &mut self.critics;
+        let values = first.target.forward(&input).iter().zip(second.target.forward(&input));
+        self.target.clear();
+        self.target.extend(
+            values
+                .zip(batch.rewards().iter().zip(batch.discounts()))
+                .map(|((q1, q2), (reward, discount))| reward + discount * q1.min(*q2)),
+        );
+        self.losses.target_mean = mean(&self.target);
+    }
+
+    /// Mean squared error to the target, for each critic by itself.
+    fn update_critics(&mut self, batch: &Batch) {
+        let input = batch.critic_input();
+        let rows = batch.rows() as f32;
+        self.losses.critic = 0.0;
+        self.losses.critic_gradient_norm = 0.0;
+        for (index, Critic { online, adam, .. }) in self.critics.iter_mut().enumerate() {
+            let q = online.forward(&input);
+            if index == 0 {
+                self.losses.q_mean = mean(q);
+                self.losses.q_max = q.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            }
+            self.gradient.clear();
+            self.gradient.extend(q.iter().zip(&self.target).map(|(q, y)| 2.0 / rows * (q - y)));
+            let squares: f32 = q.iter().zip(&self.target).map(|(q, y)| (q - y) * (q - y)).sum();
+            self.losses.critic += squares / rows;
+            online.zero_gradients();
+            online.backward(&self.gradient);
+            let norm = descend(online, adam, self.config.gradient_norm_max);
+            self.losses.critic_gradient_norm = self.losses.critic_gradient_norm.max(norm);
+        }
+    }
+
+    /// Ascends `Q1(s, pi(s))`, minus the smoothness losses.
+    fn update_actor(&mut self, batch: &mut Batch) {
+        let rows = batch.rows();
+        match &mut self.smoothness {
+            Some(smoothness) => self.actor.forward(&smoothness.input(batch, &mut self.rng)),
+            None => self.actor.forward(&batch.observation()),
+        };
+        let actions = &self.actor.output()[..rows * self.action];
+        for (row, action) in actions.chunks_exact(self.action).enumerate() {
+            batch.action_mut(row).copy_from_slice(action);
+        }
+        let saturated = actions.iter().filter(|action| action.abs() > 0.99).count();
+        self.losses.saturation = saturated as f32 / actions.len() as f32;
+
+        let critic = &mut self.critics[0].online;
+        self.losses.actor = -mean(critic.forward(&batch.critic_input()));
+        self.target.clear();
+        self.target.resize(rows, -1.0 / rows as f32);
+        let columns = self.observation..self.observation + self.action;
+        self.gradient.clear();
+        self.gradient.extend_from_slice(critic.input_gradient(&self.target, columns));
+        if let Some(smoothness) = &self.smoothness {
+            let (temporal, spatial) = smoothness.add_gradient(self.actor.output(), rows, &mut self.gradient);
+            self.losses.smooth_temporal = temporal;
+            self.losses.smooth_spatial = spatial;
+        }
+        self.actor.zero_gradients();
+        self.actor.backward(&self.gradient);
+        let limit = self.config.gradient_norm_max;
+        self.losses.actor_gradient_norm = descend(&mut self.actor, &mut self.actor_adam, limit);
+    }
+
+    /// What must be saved to continue exactly.
+    pub fn state(&self) -> Td3State {
+        let critic = |critic: &Critic| {
+            let Critic { online, target, adam } = critic;
+            (online.parameters().to_vec(), target.parameters().to_vec(), adam.state().clone())
+        };
+        Td3State {
+            actor: self.actor.parameters().to_vec(),
+            actor_target: self.actor_target.parameters().to_vec(),
+            actor_adam: self.actor_adam.state().clone(),
+            critics: [critic(&self.critics[0]), critic(&self.critics[1])],
+            learning_rates: (self.actor_adam.learning_rate(), self.critics[0].adam.learning_rate()),
+            rng: self.rng.clone(),
+            updates: self.updates,
+            losses: self.losses,
+        }
+    }
+
+    /// Continues from a saved state; false when it is of another network size (the learner is then useless).
+    #[must_use]
+    pub fn restore(&mut self, state: Td3State) -> bool {
+        let mut fits = self.actor.set_parameters(&state.actor)
+            && self.actor_target.set_parameters(&state.actor_target)
+            && self.actor_adam.restore(state.actor_adam);
+        self.actor_adam.set_learning_rate(state.learning_rates.0);
+        for (critic, (online, target, adam)) in self.critics.iter_mut().zip(state.critics) {
+            fits = fits
+                && critic.online.set_parameters(&online)
+                && critic.target.set_parameters(&target)
+                && critic.adam.restore(adam);
+            critic.adam.set_learning_rate(state.learning_rates.1);
+        }
+        self.rng = state.rng;
+        self.updates = state.updates;
+        self.losses = state.losses;
+        fits
+    }
+}
+
+/// Clips, steps, and returns the norm before clipping.
+pub(crate) fn descend(network: &mut Mlp, adam: &mut Adam, limit: f32) -> f32 {
+    let (parameters, gradients) = network.parameters_and_gradients();
+    let norm = flat::clip_norm(gradients, limit);
+    adam.step(parameters, gradients);
+    norm
+}
+
+/// Arithmetic mean.
+pub(crate) fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len() as f32
+}
