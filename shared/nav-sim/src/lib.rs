@@ -8,6 +8,9 @@
 
 pub mod world;
 
+pub mod families;
+pub mod geodesic;
+
 pub mod simulation;
 
 pub mod dynamics;

@@ -1,0 +1,235 @@
+//! Scene families: seeded generators of worlds, each of which has a way from start to goal.
+//!
+//! | family | scene | it tests |
+//! |---|---|---|
+//! | `clutter` | 14 x 14 m, 15-25 discs of 0.2-0.6 m | easy driving |
+//! | `boxes` | 10 x 10 m room, 4 boxes | easy driving |
+//! | `u_trap` | a U 2.5-5 m wide and 2-4.5 m deep between start and goal | horizon |
+//! | `deep_u` | the same, 6-9 m deep in 20 x 20 m: deeper than the lidar sees | memory |
+//! | `hook` | a U with lips that leave a mouth of 1.4 m | generalisation; held out |
+//! | `maze` | 7 x 7 cells of 2 m, depth first, 15 % braided | memory |
+//! | `maze_tight` | 8 x 8 cells of 1.6 m | memory and control; held out |
+//! | `rooms` | 3 x 3 rooms, doors of 1.0-1.4 m, 0-7 discs | horizon and control |
+//! | `crowd` | open floor, 14-24 people | people |
+//! | `stream` | two rooms, 8-16 people streaming through the shorter passage between them | people; held out |
+//! | `tight` | gaps, corridors of 0.72-1.2 m and corners | control; for training the low level |
+//!
+//! A world is a pure function of family, split and seed. The splits draw from disjoint generator states, and
+//! the people of the test split walk faster and are larger than any in training.
+
+mod dice;
+mod maze;
+mod open;
+mod people;
+mod rooms;
+mod scene;
+mod stream;
+mod tight;
+mod trap;
+
+use crate::geodesic::GeodesicField;
+use crate::world::World;
+use dice::Dice;
+use scene::{GOAL_CLEARANCE_M, Scene};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Every generated world has a path for a footprint of this radius and [`crate::geodesic::PATH_MARGIN_M`], m.
+pub const DESIGN_RADIUS_M: f32 = 0.2;
+/// The longest shortest path of a generated world, m: half of what an episode of 50 s at 1 m/s allows.
+pub const PATH_MAX_M: f32 = 26.0;
+
+/// A generator of worlds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Family {
+    /// Discs everywhere.
+    Clutter,
+    /// A room with four boxes.
+    Boxes,
+    /// A dead end the lidar can see whole.
+    UTrap,
+    /// A dead end deeper than the lidar sees.
+    DeepU,
+    /// A dead end with a narrow mouth; held out.
+    Hook,
+    /// A maze with wide corridors.
+    Maze,
+    /// A larger maze with narrower corridors; held out.
+    MazeTight,
+    /// Rooms joined by doors.
+    Rooms,
+    /// People on an open floor.
+    Crowd,
+    /// People streaming through the shorter of several passages; held out.
+    Stream,
+    /// Narrow gaps, corridors and corners.
+    Tight,
+}
+
+/// Which worlds of a family: no two splits share one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Split {
+    /// To learn from.
+    Train,
+    /// To choose settings and checkpoints with.
+    Validation,
+    /// To report.
+    Test,
+}
+
+impl Family {
+    /// All families, in the order of reports.
+    pub const ALL: [Self; 11] = [
+        Self::Clutter,
+        Self::Boxes,
+        Self::UTrap,
+        Self::DeepU,
+        Self::Hook,
+        Self::Maze,
+        Self::MazeTight,
+        Self::Rooms,
+        Self::Crowd,
+        Self::Stream,
+        Self::Tight,
+    ];
+
+    /// Its name in configurations, on command lines and in results.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Clutter => "clutter",
+            Self::Boxes => "boxes",
+            Self::UTrap => "u_trap",
+            Self::DeepU => "deep_u",
+            Self::Hook => "hook",
+            Self::Maze => "maze",
+            Self::MazeTight => "maze_tight",
+            Self::Rooms => "rooms",
+            Self::Crowd => "crowd",
+            Self::Stream => "stream",
+            Self::Tight => "tight",
+        }
+    }
+
+    /// Whether a policy may be trained on it. The held-out families measure generalisation.
+    pub const fn trainable(self) -> bool {
+        !matches!(self, Self::Hook | Self::MazeTight | Self::Stream)
+    }
+
+    /// Steps of 0.1 s that an episode needs: 500, and more where the way must first be found.
+    pub const fn episode_steps(self) -> u32 {
+        match self {
+            Self::DeepU | Self::Maze | Self::MazeTight => 800,
+            _ => 500,
+        }
+    }
+
+    fn draft(self, dice: &mut Dice, split: Split) -> Option<World> {
+        match self {
+            Self::Clutter => open::clutter(dice),
+            Self::Boxes => open::boxes(dice),
+            Self::UTrap => trap::draft(dice, &trap::U_TRAP),
+            Self::DeepU => trap::draft(dice, &trap::DEEP_U),
+            Self::Hook => trap::draft(dice, &trap::HOOK),
+            Self::Maze => maze::draft(dice, &maze::MAZE),
+            Self::MazeTight => maze::draft(dice, &maze::MAZE_TIGHT),
+            Self::Rooms => rooms::draft(dice),
+            Self::Crowd => open::crowd(dice, split),
+            Self::Stream => stream::draft(dice, split),
+            Self::Tight => tight::draft(dice),
+        }
+    }
+}
+
+impl Split {
+    /// Its name in configurations, on command lines and in results.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Validation => "validation",
+            Self::Test => "test",
+        }
+    }
+}
+
+impl fmt::Display for Family {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.id())
+    }
+}
+
+impl fmt::Display for Split {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.id())
+    }
+}
+
+/// A name that no family or split has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no {kind} named {name:?}; choose one of {known}")]
+pub struct UnknownName {
+    kind: &'static str,
+    name: String,
+    known: String,
+}
+
+impl FromStr for Family {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL.into_iter().find(|family| family.id() == name).ok_or_else(|| UnknownName {
+            kind: "family",
+            name: name.into(),
+            known: Self::ALL.map(Self::id).join(", "),
+        })
+    }
+}
+
+impl FromStr for Split {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let all = [Self::Train, Self::Validation, Self::Test];
+        all.into_iter().find(|split| split.id() == name).ok_or_else(|| UnknownName {
+            kind: "split",
+            name: name.into(),
+            known: all.map(Self::id).join(", "),
+        })
+    }
+}
+
+/// The world of a family, split and seed. The same arguments always give the same world.
+pub fn generate(family: Family, split: Split, seed: u64) -> World {
+    generate_with_field(family, split, seed).0
+}
+
+/// Like [`generate`], with the distance field that the path check has computed, for [`DESIGN_RADIUS_M`].
+pub fn generate_with_field(family: Family, split: Split, seed: u64) -> (World, GeodesicField) {
+    (0..)
+        .find_map(|attempt| {
+            let mut dice = Dice::new([family as u64, split as u64, seed, attempt]);
+            let mut world = family.draft(&mut dice, split)?;
+            world.name = format!("{family}/{split}/{seed}");
+            let field = checked(&world)?;
+            Some((world, field))
+        })
+        .expect("the attempts never end")
+}
+
+/// The field of a world whose start and goal are free and joined by a path of reasonable length.
+fn checked(world: &World) -> Option<GeodesicField> {
+    let scene = Scene::of(world);
+    let start_m = scene.clearance_m(world.start.position());
+    let goal_m = scene.clearance_m(world.goal);
+    if start_m < GOAL_CLEARANCE_M || goal_m < GOAL_CLEARANCE_M {
+        return None;
+    }
+    let field = GeodesicField::with_clearance(world, world.goal, goal_m, DESIGN_RADIUS_M);
+    let path_m = field.distance_m(world.start.position())?;
+    (path_m <= PATH_MAX_M).then_some(field)
+}
+
+#[cfg(test)]
+mod tests;
