@@ -22,7 +22,7 @@ vectorised! {
 
 vectorised! {
     fn sum_of_squares(values: &[f32], result: &mut f32) {
-        *result = lane_sum(|i| values[i] * values[i], values.len());
+        *result = lane_sum(values, values, |a, b| a * b);
     }
 }
 

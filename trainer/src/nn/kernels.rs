@@ -71,20 +71,23 @@ vectorised! {
     }
 }
 
-/// Sum in sixteen fixed lanes: vectorises, and gives the same bits on every processor.
+/// Lanes of a sum.
+const LANES: usize = 16;
+
+/// Sum of `term(a[i], b[i])` in sixteen fixed lanes: vectorises, and gives the same bits on every processor.
 #[inline(always)]
-pub(crate) fn lane_sum(terms: impl Fn(usize) -> f32, count: usize) -> f32 {
-    const LANES: usize = 16;
+pub(crate) fn lane_sum(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> f32 {
     let mut lanes = [0.0_f32; LANES];
-    let whole = count / LANES * LANES;
-    for start in (0..whole).step_by(LANES) {
-        for (lane, sum) in lanes.iter_mut().enumerate() {
-            *sum += terms(start + lane);
+    let (whole_a, rest_a) = a.as_chunks::<LANES>();
+    let (whole_b, rest_b) = b.as_chunks::<LANES>();
+    for (a, b) in whole_a.iter().zip(whole_b) {
+        for ((sum, a), b) in lanes.iter_mut().zip(a).zip(b) {
+            *sum += term(*a, *b);
         }
     }
     let mut total = 0.0;
-    for index in whole..count {
-        total += terms(index);
+    for (a, b) in rest_a.iter().zip(rest_b) {
+        total += term(*a, *b);
     }
     for half in [8, 4, 2, 1] {
         for lane in 0..half {

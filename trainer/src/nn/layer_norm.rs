@@ -26,13 +26,13 @@ vectorised! {
             for (value, bias) in row.iter_mut().zip(bias) {
                 *value += bias;
             }
-            let mean = lane_sum(|i| row[i], n) / n as f32;
-            let variance = lane_sum(|i| (row[i] - mean) * (row[i] - mean), n) / n as f32;
+            let mean = lane_sum(row, row, |value, _| value) / n as f32;
+            let variance = lane_sum(row, row, |value, _| (value - mean) * (value - mean)) / n as f32;
             let inverse = 1.0 / (variance + EPSILON).sqrt();
             *inverse_deviation = inverse;
-            for i in 0..n {
-                normal[i] = (row[i] - mean) * inverse;
-                row[i] = (normal[i] * scale[i] + shift[i]).max(0.0);
+            for (((value, normal), scale), shift) in row.iter_mut().zip(normal).zip(scale).zip(shift) {
+                *normal = (*value - mean) * inverse;
+                *value = (*normal * scale + shift).max(0.0);
             }
         }
     }
@@ -54,15 +54,18 @@ vectorised! {
         let n = scale.len();
         let rows = gradient.chunks_exact_mut(n).zip(normal.chunks_exact(n)).zip(inverse_deviation);
         for ((row, normal), inverse) in rows {
-            for i in 0..n {
-                shift_gradient[i] += row[i];
-                scale_gradient[i] += row[i] * normal[i];
-                row[i] *= scale[i];
+            let sums = scale_gradient.iter_mut().zip(shift_gradient.iter_mut());
+            for (((value, normal), scale), (scale_sum, shift_sum)) in
+                row.iter_mut().zip(normal).zip(scale).zip(sums)
+            {
+                *shift_sum += *value;
+                *scale_sum += *value * normal;
+                *value *= scale;
             }
-            let mean = lane_sum(|i| row[i], n) / n as f32;
-            let mean_normal = lane_sum(|i| row[i] * normal[i], n) / n as f32;
-            for i in 0..n {
-                row[i] = (row[i] - mean - normal[i] * mean_normal) * inverse;
+            let mean = lane_sum(row, row, |value, _| value) / n as f32;
+            let mean_normal = lane_sum(row, normal, |value, normal| value * normal) / n as f32;
+            for (value, normal) in row.iter_mut().zip(normal) {
+                *value = (*value - mean - normal * mean_normal) * inverse;
             }
         }
     }
