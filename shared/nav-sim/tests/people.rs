@@ -164,3 +164,43 @@ fn a_world_of_odd_people_is_survived() {
     assert!((nowhere.position - Point::new(5.0, 5.0)).norm() < 0.3, "{nowhere:?}");
     assert!((single.position - Point::new(4.0, 2.0)).norm() < 0.2, "{single:?}");
 }
+
+/// Twelve people of all models, half of them each way, in a passage of 2.2 m: the jam dissolves.
+#[test]
+fn two_streams_pass_each_other_in_a_passage() {
+    let wall = |low: f32, high: f32| Polygon {
+        vertices: [(3.0, low), (7.0, low), (7.0, high), (3.0, high)].map(|(x, y)| Point::new(x, y)).to_vec(),
+    };
+    let models =
+        [WalkModel::ScriptedYielding, WalkModel::SocialForce, WalkModel::SocialForce, WalkModel::Orca];
+    let people: Vec<Person> = (0..12_u8)
+        .map(|k| {
+            let (near, far) = ((2.2 - 0.15 * f32::from(k), 4.5), (7.8, 4.5));
+            let back = [(7.8, 5.5), (2.2, 5.5)].map(|(x, y)| Point::new(x, y));
+            let mut person = common::walker(near, far, models[usize::from(k) % 4], false);
+            person.waypoints.splice(1..1, back);
+            if k % 2 == 1 {
+                person.start = Point::new(7.8 + 0.15 * f32::from(k), 5.5);
+                person.waypoints.rotate_left(2);
+            }
+            person
+        })
+        .collect();
+    let crowded = World { polygons: vec![wall(0.5, 3.9), wall(6.1, 9.0)], ..world(people) };
+    let mut simulation = simulation(crowded, 1);
+    let mut crossings = vec![0; 12];
+    let mut side: Vec<bool> = simulation.people().iter().map(|person| person.position.x > 5.0).collect();
+    for _ in 0..900 {
+        simulation.step(Twist::default());
+        for (index, person) in simulation.people().iter().enumerate() {
+            let is_past = if side[index] { person.position.x < 3.0 } else { person.position.x > 7.0 };
+            if is_past {
+                side[index] = !side[index];
+                crossings[index] += 1;
+            }
+        }
+    }
+    // 90 s at 0.8 m/s would do for ten crossings on a free way.
+    assert!(crossings.iter().all(|&count| count >= 2), "{crossings:?}");
+    assert!(crossings.iter().sum::<i32>() >= 48, "{crossings:?}");
+}

@@ -7,7 +7,7 @@ use nav_core::messages::LaserScan;
 use nav_core::task::{Robot, Task};
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::{Outcome, Simulation, Twist};
-use nav_sim::world::{Bounds, Disc, Segment, WalkModel, World};
+use nav_sim::world::{Bounds, Disc, Polygon, Segment, WalkModel, World};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -259,6 +259,31 @@ fn time_to_a_wall_counts_down_while_driving_at_it() {
     let expected_s = (10.0 - 0.2 - simulation.pose().x_m) / 1.0;
     assert!((simulation.time_to_collision_s() - expected_s).abs() < 1e-3);
     assert!((simulation.clearance_m() - 0.8).abs() < 1e-3, "{}", simulation.clearance_m());
+}
+
+#[test]
+fn a_world_of_nonsense_breaks_nothing() {
+    let odd = [f32::NAN, f32::INFINITY, -1e30, 1e9];
+    for (bad, many) in odd.into_iter().flat_map(|bad| [(bad, false), (bad, true)]) {
+        let mut world = busy_world();
+        world.bounds.max.x = bad;
+        world.discs.push(Disc { center: Point::new(bad, 1.0), radius_m: 0.3 });
+        world.segments.push(Segment { a: Point::new(bad, 0.0), b: Point::new(0.0, 9.0) });
+        world.polygons.push(Polygon { vertices: vec![Point::new(0.0, bad), Point::new(3.0, 9.0)] });
+        world.polygons.push(Polygon { vertices: Vec::new() });
+        if many {
+            world.segments.extend(vec![Segment { a: Point::new(9.0, 9.0), b: Point::new(9.5, 9.0) }; 200]);
+        }
+        let mut simulation = simulation(world, &Disturbance::trained(), 0);
+        let mut scan = LaserScan::default();
+        for _ in 0..20 {
+            simulation.step(FULL_AHEAD);
+            simulation.scan(&mut scan);
+            assert!(simulation.pose().x_m.is_finite());
+        }
+        let is_outside = !simulation.world().bounds.contains(simulation.pose().position());
+        assert!(!is_outside || simulation.outcome() == Outcome::Collided);
+    }
 }
 
 proptest! {

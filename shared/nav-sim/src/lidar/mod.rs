@@ -3,6 +3,10 @@
 //! Instead of testing each beam against each obstacle, each obstacle in range is turned into the few beams
 //! that can hit it ([`span`]), and only those are tested, exactly ([`cast`]). The angle of an obstacle is
 //! approximated, but always outwards: a beam too many costs a test, and no beam is ever left out.
+//!
+//! `parry2d` 0.31 was measured against this on one core (AMD EPYC, 5th generation), 72 beams of 5 m: 20 discs
+//! 1.1 µs here, 9.8 µs with its bounding volume hierarchy and 13.7 µs testing all; 64 walls 3.0 µs, 12.3 µs and
+//! 66.5 µs. Its ranges were the same.
 
 mod cast;
 mod noise;

@@ -16,6 +16,10 @@ use nav_core::geometry::{Point, Vector};
 const SINGLE_CELL_MAX: usize = 128;
 /// Side of the cells of larger worlds, m.
 const CELL_M: f32 = 1.0;
+/// An edge is cut into so many pieces at most.
+const PIECES_MAX: usize = 4096;
+/// The grid ends this far from the origin at most, m; what lies beyond is in its border cells.
+const GRID_END_M: f32 = 1e6;
 /// Edges shorter than this are dropped, m.
 const EDGE_MIN_M: f32 = 1e-6;
 
@@ -86,7 +90,7 @@ impl Obstacles {
         if !length_m.is_finite() || length_m < EDGE_MIN_M {
             return;
         }
-        let pieces = (length_m / self.grid.cell_m) as usize + 1;
+        let pieces = ((length_m / self.grid.cell_m) as usize + 1).min(PIECES_MAX);
         let mut from = edge.a;
         for piece in 1..=pieces {
             // Pieces share their ends exactly, so that no beam passes between them.
@@ -187,7 +191,8 @@ fn covering(world: &World) -> Grid {
     let points = ends.chain(world.discs.iter().map(|disc| disc.center)).filter(|&point| is_finite(point));
     let (min, max) = points
         .fold((world.bounds.min, world.bounds.max), |(min, max), point| (min.inf(&point), max.sup(&point)));
-    Grid::covering(min, max, CELL_M)
+    let within = |point: Point| point.map(|coordinate| coordinate.clamp(-GRID_END_M, GRID_END_M));
+    Grid::covering(within(min), within(max), CELL_M)
 }
 
 fn is_finite(point: Point) -> bool {

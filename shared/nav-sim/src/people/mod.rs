@@ -3,7 +3,7 @@
 //! | model | sees | file |
 //! |---|---|---|
 //! | scripted | nobody; walks straight lines at its speed | [`scripted`] |
-//! | scripted, yielding | who is close ahead, and waits | [`scripted`] |
+//! | scripted, yielding | who is close ahead, and waits for a while | [`scripted`] |
 //! | social force | people and walls within [`SIGHT_M`] | [`social_force`] |
 //! | ORCA | people and walls within [`SIGHT_M`] | [`orca`] |
 //!
@@ -69,8 +69,7 @@ struct Walker {
     /// Closest that it came to the waypoint, m, and how long ago, s.
     closest_m: f32,
     stalled_s: f32,
-    /// Standing to let somebody pass.
-    waits: bool,
+    patience: scripted::Patience,
     bias_rad: f32,
 }
 
@@ -99,7 +98,7 @@ impl Crowd {
             forwards: true,
             closest_m: f32::INFINITY,
             stalled_s: 0.0,
-            waits: false,
+            patience: scripted::Patience::default(),
             bias_rad: drawn_bias_rad(rng),
         }));
     }
@@ -125,10 +124,11 @@ impl Crowd {
             let velocity = match person.model {
                 WalkModel::Scripted => preferred,
                 WalkModel::ScriptedYielding => {
-                    let others = |other: usize| self.walkers[other].waits && other > index;
-                    let waits = scripted::must_wait(&state, preferred, neighbours, others);
-                    self.walkers[index].waits = waits;
-                    if waits { Vector::zeros() } else { preferred }
+                    let aside = |other: usize| self.walkers[other].patience.waits && other > index;
+                    let patience = self.walkers[index].patience;
+                    let patience = patience.decide(&state, preferred, neighbours, aside, dt_s);
+                    self.walkers[index].patience = patience;
+                    if patience.waits { Vector::zeros() } else { preferred }
                 }
                 WalkModel::SocialForce => {
                     let walk = social_force::Walk { speed_mps: person.speed_mps, preferred, dt_s };

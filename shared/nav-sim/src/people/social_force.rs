@@ -1,7 +1,9 @@
 //! Social force (Helbing and Molnár, *Social force model for pedestrian dynamics*, Phys. Rev. E 51, 1995).
 //!
 //! Different from the paper:
-//! 1. People have a radius: the elliptical repulsion acts on the gap between edges, not between centres.
+//! 1. People have a radius: the elliptical repulsion acts on the gap between edges, not between centres, and
+//!    so is weaker and shorter (1 m²/s² over 0.2 m, steps of 1 s; there 2.1 over 0.3 and 2 s): two streams
+//!    pass each other in a passage of 2 m.
 //! 2. Walls repel from the edge and over a shorter range (5 m/s² falling by e each 0.1 m), so that a door of
 //!    1 m can be passed; people at the wall are stopped by geometry, not by force.
 //! 3. No attraction and no random fluctuation.
@@ -15,10 +17,10 @@ use nav_core::geometry::{Point, Vector};
 /// Time in which the preferred velocity is taken up, s.
 const RELAXATION_S: f32 = 0.5;
 /// Strength V0 and range of the repulsion between people, m²/s² and m.
-const PEOPLE_STRENGTH: f32 = 2.1;
-const PEOPLE_RANGE_M: f32 = 0.3;
+const PEOPLE_STRENGTH: f32 = 1.0;
+const PEOPLE_RANGE_M: f32 = 0.2;
 /// How far ahead a neighbour's own step counts, s.
-const STEP_S: f32 = 2.0;
+const STEP_S: f32 = 1.0;
 /// Strength at contact and range of the repulsion of walls, m/s² and m.
 const WALL_STRENGTH_MPS2: f32 = 5.0;
 const WALL_RANGE_M: f32 = 0.1;
