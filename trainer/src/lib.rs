@@ -3,6 +3,8 @@
 //! Reading order: [`config`] (what a run is), [`rollout`] (robots that drive to learn), [`td3`] and [`dqn`]
 //! (the two learning rules, beside their papers) on [`nn`] and [`replay`], [`train`] (the stages).
 
+pub mod atomic_file;
+pub mod checkpoint;
 pub mod config;
 pub mod dqn;
 pub mod nn;

@@ -1,0 +1,98 @@
+//! Files that are either whole or as they were before.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Writes `path` through a temporary file beside it: write, flush to the disk, rename, flush the folder. A
+/// crash, a full disk or a pulled plug leaves the previous file as it was.
+///
+/// # Errors
+/// Whatever the file system or `write` says; the temporary file is then gone.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let temporary = temporary_path(path)?;
+    let result = write_through(&temporary, write).and_then(|()| fs::rename(&temporary, path));
+    if result.is_err() {
+        // The first error is the one to report; a temporary file that cannot be removed is harmless.
+        let _ = fs::remove_file(&temporary);
+        return result;
+    }
+    sync_folder(path)
+}
+
+/// Gives the file `from` the second name `to`, replacing what had it, without copying where possible.
+///
+/// # Errors
+/// Whatever the file system says.
+pub fn link_atomically(from: &Path, to: &Path) -> io::Result<()> {
+    let temporary = temporary_path(to)?;
+    match fs::remove_file(&temporary) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    if fs::hard_link(from, &temporary).is_ok() {
+        fs::rename(&temporary, to)?;
+        return sync_folder(to);
+    }
+    // Not every file system has hard links.
+    let mut source = File::open(from)?;
+    write_atomically(to, |file| io::copy(&mut source, file).map(drop))
+}
+
+/// Where `path` is written before it is renamed.
+fn temporary_path(path: &Path) -> io::Result<PathBuf> {
+    let Some(name) = path.file_name() else {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"));
+    };
+    Ok(path.with_file_name(format!(".{}.tmp", name.to_string_lossy())))
+}
+
+fn write_through(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
+    let mut file = BufWriter::with_capacity(1 << 20, File::create(path)?);
+    write(&mut file)?;
+    file.flush()?;
+    file.get_ref().sync_all()
+}
+
+fn sync_folder(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    // Only where a folder can be opened as a file; elsewhere the rename is as durable as it gets.
+    if cfg!(unix) { File::open(folder.unwrap_or(Path::new(".")))?.sync_all() } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_previous_file_and_no_rubbish() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("policy.onnx");
+        write_atomically(&path, |file| file.write_all(b"first")).expect("the first write");
+        let full = |file: &mut BufWriter<File>| {
+            file.write_all(b"half")?;
+            Err(io::Error::from(io::ErrorKind::StorageFull))
+        };
+        let error = write_atomically(&path, full).expect_err("the disk is full");
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+        assert_eq!(fs::read(&path).expect("the file is there"), b"first");
+        assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
+        write_atomically(&path, |file| file.write_all(b"second")).expect("the second write");
+        assert_eq!(fs::read(&path).expect("the file is there"), b"second");
+    }
+
+    #[test]
+    fn a_link_replaces_and_outlives_its_origin() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (from, to) = (folder.path().join("newest"), folder.path().join("best"));
+        for content in [b"one", b"two"] {
+            write_atomically(&from, |file| file.write_all(content)).expect("a write");
+            link_atomically(&from, &to).expect("a link");
+            fs::remove_file(&from).expect("the origin goes");
+            assert_eq!(fs::read(&to).expect("the link stays"), content);
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Training state on disk: whole or not there, checked when read, and never only in one copy.
+//!
+//! A checkpoint is one file: a header (magic, version, step, number of sections, length of the body), the
+//! sections, and a CRC-32 of everything before it. A section is a name and either a value in `postcard` or a
+//! slice of `f32` (weights, replay rows), all little-endian. What goes into the sections is the business of
+//! who writes them.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `format` | the bytes of one file: [`Contents`] out, [`Checkpoint`] in |
+//! | `store` | a folder of them: [`CheckpointStore`] keeps the newest three and the best |
+
+mod format;
+mod store;
+
+pub use format::{Checkpoint, Contents, LoadError};
+pub use store::{CheckpointStore, Newest, SaveError};
