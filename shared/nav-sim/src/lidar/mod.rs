@@ -1,7 +1,7 @@
 //! A planar lidar at the robot's centre.
 //!
 //! Instead of testing each beam against each obstacle, each obstacle in range is turned into the few beams
-//! that can hit it ([`span`]), and only those are tested, exactly ([`cast`]). The angle of an obstacle is
+//! that can hit it (`span.rs`), and only those are tested, exactly (`cast.rs`). The angle of an obstacle is
 //! approximated, but always outwards: a beam too many costs a test, and no beam is ever left out.
 //!
 //! `parry2d` 0.31 was measured against this on one core (AMD EPYC, 5th generation), 72 beams of 5 m: 20 discs

@@ -2,10 +2,10 @@
 //!
 //! | model | sees | file |
 //! |---|---|---|
-//! | scripted | nobody; walks straight lines at its speed | [`scripted`] |
-//! | scripted, yielding | who is close ahead, and waits for a while | [`scripted`] |
-//! | social force | people and walls within [`SIGHT_M`] | [`social_force`] |
-//! | ORCA | people and walls within [`SIGHT_M`] | [`orca`] |
+//! | scripted | nobody: walks straight lines at its speed | `scripted.rs` |
+//! | scripted, yielding | who is close ahead, and waits for a while | `scripted.rs` |
+//! | social force | people and walls within [`SIGHT_M`] | `social_force.rs` |
+//! | ORCA | people and walls within [`SIGHT_M`] | `orca.rs` |
 //!
 //! Whether a person also sees the robot is its own property. Velocities are chosen once a step, all from the
 //! same moment; then everybody moves with them in substeps. Social force and ORCA are kept out of static
