@@ -15,6 +15,8 @@ const MASK: i32 = MAP_CELLS as i32 - 1;
 const EVIDENCE_MAX: i8 = 8;
 const EVIDENCE_MIN: i8 = -4;
 const EVIDENCE_HIT: i8 = 3;
+/// Rays are followed this far, m: half the window less two cells.
+pub const RAY_MAX_M: f32 = (MAP_CELLS / 2 - 2) as f32 * CELL_M;
 /// Evidence from which a cell counts as occupied.
 const OCCUPIED: i8 = 3;
 
@@ -132,22 +134,26 @@ impl LocalMap {
         }
     }
 
-    /// Adds a scan taken at `position` with heading (`cos`, `sin`) in the `odom` frame.
+    /// Adds a scan taken at `position` with heading (`cos`, `sin`) in the `odom` frame. Rays count as far as
+    /// [`RAY_MAX_M`]; `position` must be the one that the map was last centred on.
     pub fn integrate(&mut self, position: Point, cos: f32, sin: f32, scan: &ScanView) {
         const SCALE: f32 = 1.0 / CELL_M;
+        // Relative to the window's corner a ray never leaves the window, and truncation is rounding down.
+        let start_x = position.x * SCALE - self.origin.ix as f32;
+        let start_y = position.y * SCALE - self.origin.iy as f32;
+        let (first_column, first_row) = ((self.origin.ix & MASK) as usize, (self.origin.iy & MASK) as usize);
         for &(ray_cos, ray_sin, free_m) in scan.rays() {
-            let (dir_x, dir_y) = (cos * ray_cos - sin * ray_sin, sin * ray_cos + cos * ray_sin);
+            let (step_x, step_y) = (cos * ray_cos - sin * ray_sin, sin * ray_cos + cos * ray_sin);
             // Sampling a cell apart, up to a cell short of the hit, keeps walls from being eaten.
-            let samples = ((free_m - CELL_M) * SCALE) as i32;
-            let (mut x, mut y) = (position.x * SCALE, position.y * SCALE);
+            let samples = ((free_m.min(RAY_MAX_M) - CELL_M) * SCALE) as i32;
+            let (mut x, mut y) = (start_x, start_y);
             for _ in 0..samples {
-                x += dir_x;
-                y += dir_y;
-                let cell = Cell { ix: floor(x), iy: floor(y) };
-                if self.contains(cell) {
-                    let evidence = &mut self.evidence[cell.slot()];
-                    *evidence = (*evidence - 1).max(EVIDENCE_MIN);
-                }
+                x += step_x;
+                y += step_y;
+                let column = (x as i32 as usize).wrapping_add(first_column) % MAP_CELLS;
+                let row = (y as i32 as usize).wrapping_add(first_row) % MAP_CELLS;
+                let evidence = &mut self.evidence[row * MAP_CELLS + column];
+                *evidence = (*evidence - 1).max(EVIDENCE_MIN);
             }
         }
         for hit in scan.hits() {

@@ -9,10 +9,10 @@ use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local_map::LocalMap;
 use crate::messages::{Goal, LaserScan, Odometry};
 use crate::observation::{
-    CHANGE_STEPS, Direction, Globals, HIGH_OBSERVATION, LOW_OBSERVATION, Target, compress, encode_high,
+    CHANGE_STEPS, Compression, Direction, Globals, HIGH_OBSERVATION, LOW_OBSERVATION, Target, encode_high,
     encode_low,
 };
-use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView, sector_angle_rad};
+use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
 use crate::subgoal::{ActionMask, CORRIDOR_CLEARANCE_M, Candidates, direction_angle_rad};
 use crate::task::{ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Memory, Task};
 
@@ -62,6 +62,7 @@ pub struct ActiveDecision {
 pub struct Navigator {
     task: Task,
     geometry: ScanGeometry,
+    compression: Compression,
     scan: ScanView,
     map: LocalMap,
     geodesic: Geodesic,
@@ -95,6 +96,7 @@ impl Navigator {
         let scan = ScanView::new(&geometry);
         Self {
             task: *task,
+            compression: Compression::new(geometry.range_max_m() - task.robot.radius_m),
             geometry,
             scan,
             map: LocalMap::new(Point::origin()),
@@ -159,10 +161,9 @@ impl Navigator {
 
     fn remember(&mut self, is_first: bool) {
         let radius_m = self.task.robot.radius_m;
-        let span_m = self.geometry.range_max_m() - radius_m;
         let mut now = [0.0; SECTOR_COUNT];
         for (value, &range_m) in now.iter_mut().zip(self.scan.sectors_m()) {
-            *value = compress(range_m - radius_m, span_m);
+            *value = self.compression.of(range_m - radius_m);
         }
         if is_first {
             self.clearance.fill(now);
@@ -196,15 +197,18 @@ impl Navigator {
         let turned_rad = self.pose.yaw_rad - then.yaw_rad;
         const PER_SECTOR: f32 = core::f32::consts::TAU / SECTOR_COUNT as f32;
         let shift = libm::roundf(turned_rad / PER_SECTOR) as i32;
-        for sector in 0..SECTOR_COUNT {
-            let (sin, cos) = libm::sincosf(self.pose.yaw_rad + sector_angle_rad(sector));
-            let approach_m = moved.x * cos + moved.y * sin;
-            let from = (sector as i32 + shift).rem_euclid(SECTOR_COUNT as i32) as usize;
-            // The nearest of three sectors: an edge that slid by a sector is not a person.
-            let before = &self.past_ranges_m[CHANGE_STEPS];
-            let neighbours = [(from + SECTOR_COUNT - 1) % SECTOR_COUNT, from, (from + 1) % SECTOR_COUNT];
-            let nearest_m = neighbours.iter().fold(f32::INFINITY, |nearest, &at| nearest.min(before[at]));
-            let closing = (nearest_m - approach_m - self.scan.sectors_m()[sector]) / span_s;
+        // The displacement in the robot frame, so that the sectors' own directions serve.
+        let (sin, cos) = libm::sincosf(self.pose.yaw_rad);
+        let (ahead_m, left_m) = (moved.x * cos + moved.y * sin, moved.y * cos - moved.x * sin);
+        // The nearest of three sectors then: an edge that slid by a sector is not a person.
+        let before = &self.past_ranges_m[CHANGE_STEPS];
+        let now = self.scan.sectors_m();
+        let first = shift.rem_euclid(SECTOR_COUNT as i32) as usize;
+        for (sector, &(dir_x, dir_y)) in self.geometry.sector_directions().iter().enumerate() {
+            let from = first + sector;
+            let at = |index: usize| before[index % SECTOR_COUNT];
+            let nearest_m = at(from + SECTOR_COUNT - 1).min(at(from)).min(at(from + 1));
+            let closing = (nearest_m - ahead_m * dir_x - left_m * dir_y - now[sector]) / span_s;
             self.closing_mps[sector] = if closing > CLOSING_MIN_MPS { closing.min(3.0) } else { 0.0 };
         }
     }
@@ -284,7 +288,7 @@ impl Navigator {
         let mut soonest_s = f32::INFINITY;
         for (sector, &closing) in self.closing_mps.iter().enumerate() {
             if closing > 0.0 {
-                let own = self.linear_mps * libm::cosf(sector_angle_rad(sector));
+                let own = self.linear_mps * self.geometry.sector_directions()[sector].0;
                 let gap_m = (self.scan.sectors_m()[sector] - self.task.robot.radius_m).max(0.0);
                 soonest_s = soonest_s.min(gap_m / (closing + own).max(0.05));
             }

@@ -36,7 +36,21 @@ const COMPRESS_M: f32 = 0.25;
 
 /// Clearance on a logarithmic scale: 0 at contact, 1 at `range_max_m`, fine where it is close.
 pub fn compress(clearance_m: f32, range_max_m: f32) -> f32 {
-    libm::logf(1.0 + clearance_m.max(0.0) / COMPRESS_M) / libm::logf(1.0 + range_max_m / COMPRESS_M)
+    Compression::new(range_max_m).of(clearance_m)
+}
+
+/// [`compress`] with its denominator worked out once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Compression(f32);
+
+impl Compression {
+    pub(crate) fn new(range_max_m: f32) -> Self {
+        Self(1.0 / libm::logf(1.0 + range_max_m / COMPRESS_M))
+    }
+
+    pub(crate) fn of(self, clearance_m: f32) -> f32 {
+        libm::logf(1.0 + clearance_m.max(0.0) / COMPRESS_M) * self.0
+    }
 }
 
 /// A target as the low level sees it.
@@ -128,7 +142,7 @@ pub fn encode_high(
         features[4] = (direction.closing_mps / 1.5).clamp(0.0, 1.0);
         features[5] = f32::from(u8::from(direction.is_legal));
     }
-    let (last_sin, last_cos) = globals.last_direction_rad.map_or((0.0, 0.0), |angle| libm::sincosf(angle));
+    let (last_sin, last_cos) = globals.last_direction_rad.map_or((0.0, 0.0), libm::sincosf);
     let flag = |value: bool| f32::from(u8::from(value));
     observation[DIRECTION_COUNT * DIRECTION_FEATURES..].copy_from_slice(&[
         saturate(globals.goal_distance_m, 3.0),
@@ -191,7 +205,7 @@ pub fn expand_candidate(observation: &[f32], action: usize, row: &mut [f32]) {
 const DIRECTION_SIN_COS: [(f32, f32); DIRECTION_COUNT] = {
     const A: f32 = 0.382_683_43;
     const B: f32 = core::f32::consts::FRAC_1_SQRT_2;
-    const C: f32 = 0.923_879_53;
+    const C: f32 = 0.923_879_5;
     [
         (0.0, 1.0),
         (A, C),

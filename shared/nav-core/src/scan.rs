@@ -36,6 +36,8 @@ pub struct ScanGeometry {
     sector_of_beam: [u8; MAX_BEAMS],
     /// Sectors that no beam looks into (field of view below a full circle).
     unseen: [bool; SECTOR_COUNT],
+    /// Unit vectors of the sectors' middles.
+    sector_directions: [(f32, f32); SECTOR_COUNT],
 }
 
 impl ScanGeometry {
@@ -51,7 +53,12 @@ impl ScanGeometry {
             directions: [(0.0, 0.0); MAX_BEAMS],
             sector_of_beam: [0; MAX_BEAMS],
             unseen: [true; SECTOR_COUNT],
+            sector_directions: [(0.0, 0.0); SECTOR_COUNT],
         };
+        for (sector, direction) in geometry.sector_directions.iter_mut().enumerate() {
+            let (sin, cos) = libm::sincosf(sector_angle_rad(sector));
+            *direction = (cos, sin);
+        }
         for beam in 0..geometry.beam_count {
             let angle = geometry.angle_min_rad + beam as f32 * geometry.angle_increment_rad;
             geometry.directions[beam] = (libm::cosf(angle), libm::sinf(angle));
@@ -69,6 +76,11 @@ impl ScanGeometry {
             && (scan.angle_increment_rad - self.angle_increment_rad).abs() < 1e-5
             && scan.range_max_m > 0.0
             && scan.range_max_m.is_finite()
+    }
+
+    /// Unit vectors (cos, sin) of the sectors' middles in the robot frame.
+    pub fn sector_directions(&self) -> &[(f32, f32); SECTOR_COUNT] {
+        &self.sector_directions
     }
 
     /// The longest range that counts, m.
