@@ -7,6 +7,7 @@ pub mod atomic_file;
 pub mod checkpoint;
 pub mod config;
 pub mod dqn;
+pub mod logs;
 pub mod nn;
 pub mod replay;
 pub mod rollout;
