@@ -1,8 +1,9 @@
 //! Shortest distances to a goal round the static obstacles: path check, reward shaping, SPL, reference planners.
 //!
 //! The obstacles, inflated by the footprint and [`PATH_MARGIN_M`], are drawn onto a grid of about 0.1 m. The
-//! eikonal equation |∇d| = 1 is then solved on the free cells (Sethian 1996, with the eight-neighbour stencils
-//! of Hassouna and Farag 2007), so that distances are those of any-angle paths, not of staircases.
+//! eikonal equation |∇d| = 1 is then solved on the free cells (Sethian 1996), so that distances are those of
+//! any-angle paths, not of staircases. They come out up to 3 % too long in open space and 4 % round corners;
+//! a path from [`GeodesicField::path`] is within 2 % of the shortest, and its length is what to score against.
 
 mod march;
 mod raster;
@@ -18,6 +19,8 @@ pub const PATH_MARGIN_M: f32 = 0.05;
 const EXACT_MAX_M: f32 = 1.5;
 /// How often a path is straightened before the last time; even, because each turns it round.
 const STRAIGHTENINGS: usize = 4;
+/// [`is_leg_free`] looks this far ahead at a time, m.
+const LEG_STEP_MAX_M: f32 = 2.0;
 
 /// The distance to one goal from everywhere in a world, for one robot radius.
 #[derive(Clone, Debug)]
@@ -106,6 +109,11 @@ impl GeodesicField {
         steps
     }
 
+    /// Length of [`Self::path`], m: slower than [`Self::distance_m`] and closer to the truth.
+    pub fn path_length_m(&self, from: Point) -> Option<f32> {
+        Some(self.path(from)?.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum())
+    }
+
     /// The neighbour nearest to the goal, if it is nearer than the cell itself.
     fn downhill(&self, cell: usize) -> Option<usize> {
         let next = self
@@ -145,6 +153,24 @@ impl GeodesicField {
     }
 }
 
+/// Whether a disc can go straight from `a` to `b`.
+pub(crate) fn is_leg_free(obstacles: &Obstacles, a: Point, b: Point, radius_m: f32) -> bool {
+    let length_m = (b - a).norm();
+    let mut gone_m = 0.0;
+    loop {
+        let at = if length_m > 0.0 { a + (b - a) * (gone_m / length_m) } else { a };
+        let room_m = obstacles.distance_m(at, radius_m + LEG_STEP_MAX_M) - radius_m;
+        if room_m < 0.0 {
+            return false;
+        }
+        if gone_m >= length_m {
+            return true;
+        }
+        // Nothing can be nearer than the clearance; a millimetre keeps a graze from taking for ever.
+        gone_m = (gone_m + room_m.max(1e-3)).min(length_m);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,10 +195,6 @@ mod tests {
         Segment { a: Point::new(ax, ay), b: Point::new(bx, by) }
     }
 
-    fn length_m(path: &[Point]) -> f32 {
-        path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
-    }
-
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -186,8 +208,8 @@ mod tests {
             let straight_m = (from - goal).norm();
             let found_m = field.distance_m(from).expect("nothing stands in the way");
             prop_assert!(found_m >= straight_m && found_m <= 1.03 * straight_m + 0.01, "{found_m} {straight_m}");
-            let path = field.path(from).expect("nothing stands in the way");
-            prop_assert!(length_m(&path) <= 1.01 * straight_m + 0.02, "{path:?}");
+            let path_m = field.path_length_m(from).expect("nothing stands in the way");
+            prop_assert!(path_m <= 1.01 * straight_m + 0.02, "{path_m} {straight_m}");
         }
 
         #[test]
@@ -201,9 +223,9 @@ mod tests {
             let arc_rad = std::f32::consts::TAU - first.angle(&last) - tangents_rad;
             let true_m = (first.norm_squared() - 0.0625).sqrt() + (last.norm_squared() - 0.0625).sqrt() + 0.25 * arc_rad;
             let found_m = field.distance_m(from).expect("there is a way round");
-            prop_assert!((found_m / true_m - 1.0).abs() < 0.03, "{found_m} {true_m}");
-            let path_m = length_m(&field.path(from).expect("there is a way round"));
-            prop_assert!((path_m / true_m - 1.0).abs() < 0.03, "{path_m} {true_m}");
+            prop_assert!((found_m / true_m - 1.0).abs() < 0.04, "{found_m} {true_m}");
+            let path_m = field.path_length_m(from).expect("there is a way round");
+            prop_assert!((path_m / true_m - 1.0).abs() < 0.02, "{path_m} {true_m}");
         }
     }
 

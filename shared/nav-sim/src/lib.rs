@@ -11,6 +11,10 @@ pub mod world;
 pub mod families;
 pub mod geodesic;
 
+pub mod world_file;
+
+pub mod drawing;
+
 pub mod simulation;
 
 pub mod dynamics;

@@ -30,7 +30,8 @@ mod trap;
 use crate::geodesic::GeodesicField;
 use crate::world::World;
 use dice::Dice;
-use scene::{GOAL_CLEARANCE_M, Scene};
+use nav_core::geometry::Point;
+use scene::{GOAL_CLEARANCE_M, Scene, set_ends};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -39,6 +40,9 @@ use std::str::FromStr;
 pub const DESIGN_RADIUS_M: f32 = 0.2;
 /// The longest shortest path of a generated world, m: half of what an episode of 50 s at 1 m/s allows.
 pub const PATH_MAX_M: f32 = 26.0;
+
+/// How many starts are tried in one world.
+const STARTS: usize = 30;
 
 /// A generator of worlds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -123,6 +127,23 @@ impl Family {
         match self {
             Self::DeepU | Self::Maze | Self::MazeTight => 800,
             _ => 500,
+        }
+    }
+
+    /// The least ratio of shortest path to straight line: a maze in which both ends see each other tests nothing.
+    const fn detour_min(self) -> f32 {
+        match self {
+            Self::Maze | Self::MazeTight => 1.3,
+            _ => 1.0,
+        }
+    }
+
+    /// How far the start must lie from the goal, m, where it may lie anywhere.
+    const fn free_start_m(self) -> Option<f32> {
+        match self {
+            Self::Maze => Some(maze::MAZE.apart_m),
+            Self::MazeTight => Some(maze::MAZE_TIGHT.apart_m),
+            _ => None,
         }
     }
 
@@ -212,23 +233,38 @@ pub fn generate_with_field(family: Family, split: Split, seed: u64) -> (World, G
             let mut dice = Dice::new([family as u64, split as u64, seed, attempt]);
             let mut world = family.draft(&mut dice, split)?;
             world.name = format!("{family}/{split}/{seed}");
-            let field = checked(&world)?;
+            let field = checked(family, &mut dice, &mut world)?;
             Some((world, field))
         })
         .expect("the attempts never end")
 }
 
-/// The field of a world whose start and goal are free and joined by a path of reasonable length.
-fn checked(world: &World) -> Option<GeodesicField> {
+/// The field of a world whose start and goal are free and joined by a path of reasonable length. Where only the
+/// length is wrong, other starts are tried.
+fn checked(family: Family, dice: &mut Dice, world: &mut World) -> Option<GeodesicField> {
     let scene = Scene::of(world);
-    let start_m = scene.clearance_m(world.start.position());
     let goal_m = scene.clearance_m(world.goal);
-    if start_m < GOAL_CLEARANCE_M || goal_m < GOAL_CLEARANCE_M {
+    if goal_m < GOAL_CLEARANCE_M || scene.clearance_m(world.start.position()) < GOAL_CLEARANCE_M {
         return None;
     }
     let field = GeodesicField::with_clearance(world, world.goal, goal_m, DESIGN_RADIUS_M);
-    let path_m = field.distance_m(world.start.position())?;
-    (path_m <= PATH_MAX_M).then_some(field)
+    let is_fine = |start: Point| {
+        let straight_m = (world.goal - start).norm();
+        field
+            .distance_m(start)
+            .is_some_and(|path_m| path_m <= PATH_MAX_M && path_m >= family.detour_min() * straight_m)
+    };
+    if is_fine(world.start.position()) {
+        return Some(field);
+    }
+    let apart_m = family.free_start_m()?;
+    let start = (0..STARTS).find_map(|_| {
+        let start = scene.free_point(dice, world.bounds.min, world.bounds.max)?;
+        ((world.goal - start).norm() >= apart_m && is_fine(start)).then_some(start)
+    })?;
+    let goal = world.goal;
+    set_ends(dice, world, start, goal);
+    Some(field)
 }
 
 #[cfg(test)]

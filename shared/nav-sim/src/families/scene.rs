@@ -2,6 +2,7 @@
 
 use super::DESIGN_RADIUS_M;
 use super::dice::Dice;
+use crate::geodesic::is_leg_free;
 use crate::obstacles::Obstacles;
 use crate::world::{Bounds, Disc, Polygon, Segment, World};
 use nav_core::geometry::{Point, Pose};
@@ -117,19 +118,6 @@ impl Scene {
 
     /// Whether a disc of `radius_m` can go straight from `a` to `b`.
     pub(super) fn is_leg_free(&self, a: Point, b: Point, radius_m: f32) -> bool {
-        let length_m = (b - a).norm();
-        let mut gone_m = 0.0;
-        loop {
-            let at = if length_m > 0.0 { a + (b - a) * (gone_m / length_m) } else { a };
-            let room_m = self.clearance_m(at) - radius_m;
-            if room_m < 0.0 {
-                return false;
-            }
-            if gone_m >= length_m {
-                return true;
-            }
-            // Nothing can be nearer than the clearance; a millimetre keeps a graze from taking for ever.
-            gone_m = (gone_m + room_m.max(1e-3)).min(length_m);
-        }
+        is_leg_free(&self.0, a, b, radius_m)
     }
 }

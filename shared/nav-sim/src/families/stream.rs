@@ -11,6 +11,9 @@ const SIDE_M: f32 = 14.0;
 /// From the middle of the shortest passage to the middle of any other, m.
 const APART_M: f32 = 3.6;
 
+/// From the middle of the shortest passage to the middle of the next, at most, m.
+const DETOUR_MAX_M: f32 = 6.5;
+
 /// A passage through the block between the rooms, along x.
 #[derive(Clone, Copy)]
 struct Passage {
@@ -68,7 +71,10 @@ fn passages(dice: &mut Dice) -> Option<Vec<Passage>> {
             passages.push(passage);
         }
     }
-    (passages.len() >= 2).then_some(passages)
+    // The nearest of the others must be worth its way.
+    let detour_m =
+        passages[1..].iter().map(|other| (other.y_m - passages[0].y_m).abs()).fold(f32::INFINITY, f32::min);
+    (detour_m <= DETOUR_MAX_M).then_some(passages)
 }
 
 /// One of the eight ways to lay a square on itself.

@@ -1,6 +1,5 @@
 use super::*;
 use crate::world::WalkModel;
-use nav_core::geometry::Point;
 use std::sync::LazyLock;
 
 const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];

@@ -62,10 +62,10 @@ fn gaps(dice: &mut Dice) -> Option<World> {
 
 /// Round pillars, as many as fit with a gap the robot just passes.
 fn pillars(dice: &mut Dice) -> Option<World> {
-    let mut world = square(7.0);
+    let mut world = square(6.0);
     let gap_m = dice.within(0.6..=0.8);
-    let largest_m = dice.within(0.2..=0.6);
-    add_discs(dice, &mut world, 14, 0.12..=largest_m, gap_m, &[]);
+    let largest_m = dice.within(0.2..=0.5);
+    add_discs(dice, &mut world, 30, 0.12..=largest_m, gap_m, &[]);
     place_ends(dice, &mut world, 3.5)?;
     Some(world)
 }

@@ -212,13 +212,6 @@ impl Raster {
             .filter(move |&(_, distance_m)| distance_m <= reach_m)
     }
 
-    /// Whether a path may step to a free cell between two sides.
-    pub(super) fn is_free_step(&self, to: usize, sides: [usize; 2]) -> bool {
-        self.classes[to] == Class::Free
-            && self.classes[sides[0]] == Class::Free
-            && self.classes[sides[1]] == Class::Free
-    }
-
     /// The eight neighbours of a real cell, each with the two cells that a step to it passes between (the
     /// neighbour itself for a step along an axis).
     pub(super) fn neighbours(&self, cell: usize) -> [(usize, [usize; 2]); 8] {

@@ -1,0 +1,111 @@
+//! Pictures of episodes: SVG written here, PNG through resvg. No fonts are needed.
+//!
+//! | mark | meaning |
+//! |---|---|
+//! | dark lines, grey shapes | walls, discs and polygons |
+//! | line from pale to dark blue | the robot's way, coloured by time |
+//! | ring with a tick, filled ring | the robot at its start, and where the picture ends |
+//! | green ring | the goal and the radius within which it counts as reached |
+//! | violet dots and thin lines | subgoals, joined to where they were chosen |
+//! | violet square | the decision to wait |
+//! | orange discs and lines | people where the picture ends, and their ways |
+
+mod canvas;
+mod episode;
+mod file;
+mod lettering;
+
+pub use file::{DrawError, write_picture};
+
+use crate::world::World;
+use canvas::Panel;
+use nav_core::geometry::{Point, Pose};
+use std::fmt::Write;
+use std::sync::Arc;
+
+/// Everything a picture of one episode shows. With no steps it shows the world alone.
+#[derive(Clone, Debug)]
+pub struct EpisodeTrace {
+    /// The world.
+    pub world: Arc<World>,
+    /// Radius of the robot's footprint, m.
+    pub robot_radius_m: f32,
+    /// The goal counts as reached at this distance, m.
+    pub goal_radius_m: f32,
+    /// Written above the picture.
+    pub title: String,
+    /// Where everybody was, one entry a step.
+    pub steps: Vec<TraceStep>,
+    /// What the high level chose.
+    pub decisions: Vec<Decision>,
+    /// How it ended; `reached` is written in green, `collided` in red, anything else in grey.
+    pub outcome: String,
+}
+
+/// Where everybody was at one step, in the world frame.
+#[derive(Clone, Debug)]
+pub struct TraceStep {
+    /// The robot.
+    pub pose: Pose,
+    /// The people, in the order of the world, m.
+    pub people: Vec<Point>,
+}
+
+/// One choice of the high level.
+#[derive(Clone, Copy, Debug)]
+pub struct Decision {
+    /// Index of the step at which it was made.
+    pub step: usize,
+    /// What was chosen, in the world frame, m.
+    pub subgoal: Point,
+    /// Index of the action, as in [`nav_core::task`].
+    pub action: u32,
+}
+
+/// Width of a picture of one episode, px.
+const PICTURE_PX: f32 = 680.0;
+/// Width of an episode on a sheet, px.
+const TILE_PX: f32 = 360.0;
+
+/// A picture of one episode, as an SVG document.
+pub fn svg(trace: &EpisodeTrace) -> String {
+    let panel = episode::panel(trace, PICTURE_PX);
+    document(panel.width, panel.height, &titled(&trace.title, &panel.body))
+}
+
+/// Pictures of several episodes in rows of `columns` (at least one), as an SVG document.
+pub fn svg_sheet(traces: &[EpisodeTrace], columns: usize) -> String {
+    let columns = columns.clamp(1, traces.len().max(1));
+    let panels: Vec<Panel> = traces.iter().map(|trace| episode::panel(trace, TILE_PX)).collect();
+    let mut body = String::new();
+    let mut top = 0.0;
+    for (panels, traces) in panels.chunks(columns).zip(traces.chunks(columns)) {
+        for (column, (panel, trace)) in panels.iter().zip(traces).enumerate() {
+            let left = column as f32 * TILE_PX;
+            let tile = titled(&trace.title, &panel.body);
+            writeln!(body, r#"<g transform="translate({left:.0} {top:.0})">{tile}</g>"#)
+                .expect("a string takes everything");
+        }
+        top += panels.iter().map(|panel| panel.height).fold(0.0, f32::max);
+    }
+    document(columns as f32 * TILE_PX, top, &body)
+}
+
+/// The title is drawn as strokes; this keeps it readable for search and screen readers.
+fn titled(title: &str, body: &str) -> String {
+    let title = title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    format!("<title>{title}</title>\n{body}")
+}
+
+fn document(width: f32, height: f32, body: &str) -> String {
+    let (width, height) = (width.max(1.0).ceil(), height.max(1.0).ceil());
+    format!(
+        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">
+<rect width="{width}" height="{height}" fill="#ffffff"/>
+{body}</svg>
+"##
+    )
+}
+
+#[cfg(test)]
+mod tests;
