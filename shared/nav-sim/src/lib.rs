@@ -11,6 +11,7 @@ pub mod world;
 pub mod families;
 pub mod geodesic;
 
+pub mod map_file;
 pub mod world_file;
 
 pub mod drawing;
