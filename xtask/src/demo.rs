@@ -1,18 +1,21 @@
 //! The whole chain on a fresh clone: train, export, then simulator and runtime as two processes over
-//! shared memory, on worlds that training never saw.
+//! shared memory, on worlds that training never saw, and other policies on the same worlds.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::Value;
 
 use crate::shell::{remove_folder, root, run_shown, say};
+use crate::two_processes::{Drive, Score};
 use crate::{libtorch, onnxruntime, programs};
+
+/// How the simulated robot differs from a perfect one: noise, dropout, latency and drift.
+const DISTURBANCE: &str = "trained";
 
 /// What the demo does.
 #[derive(Args)]
@@ -20,24 +23,15 @@ pub(crate) struct Options {
     /// Drive with this exported model (as `models`) instead of training one
     #[arg(long, value_name = "FOLDER")]
     model: Option<PathBuf>,
-    /// Episodes a family
-    #[arg(long, default_value_t = 50)]
-    episodes: u32,
-    /// World families to drive in
+    /// Worlds a family
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
+    worlds: u32,
+    /// Families of worlds to drive in
     #[arg(long, value_delimiter = ',', default_value = "clutter,u_trap,rooms,crowd")]
     families: Vec<String>,
-    /// Seed of the training run
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-}
-
-/// One row of the table.
-struct Row {
-    family: String,
-    episodes: u64,
-    success: f64,
-    collision: f64,
-    time_s: f64,
+    /// Seed of the training run [default: the trainer's own]
+    #[arg(long, conflicts_with = "model")]
+    seed: Option<u64>,
 }
 
 /// Runs the demo.
@@ -47,195 +41,126 @@ struct Row {
 pub(crate) fn run(options: &Options) -> Result<()> {
     let started = Instant::now();
     let out = root().join("out/demo");
-    let run = root().join("runs/demo");
     let model = match &options.model {
         // Relative to where the user stands.
         Some(folder) => std::path::absolute(folder)?,
         None => out.join("models"),
     };
-    if let Some(folder) = &options.model
-        && !folder.join("manifest.json").exists()
-    {
+    if options.model.is_some() && !model.join("manifest.json").exists() {
         bail!(
             "{} holds no manifest.json; --model needs a folder made by `cargo trainer export`",
-            folder.display()
+            model.display()
         );
+    }
+    if model.starts_with(&out) && options.model.is_some() {
+        bail!("the demo empties {} first; copy the model elsewhere for --model", out.display());
     }
     libtorch::set_up(None)?;
     onnxruntime::set_up()?;
     say("1/4 build");
     let programs = programs::build(&["trainer", "runtime", "simulator"])?;
-    let program = |name: &str| {
-        let mut command = Command::new(programs.join(name));
-        command.current_dir(root());
-        command
-    };
     remove_folder(&out)?;
     fs::create_dir_all(&out).with_context(|| format!("could not create {}", out.display()))?;
     if options.model.is_none() {
-        say("2/4 training (profile quick, about six minutes on two cores)");
-        remove_folder(&run)?;
-        let mut train = program("trainer");
-        train.args(["train", "--profile", "quick", "--seed", &options.seed.to_string(), "--out"]).arg(&run);
-        run_shown(&mut train, "trainer train")?;
-        say("3/4 export");
-        let mut export = program("trainer");
-        run_shown(export.args(["export", "--run"]).arg(&run).arg("--out").arg(&model), "trainer export")?;
+        train_and_export(options, &programs, &model)?;
     } else {
-        say(&format!("2/4 and 3/4: no training, driving with {}", model.display()));
+        say(&format!("2/4 no training: driving with {}", model.display()));
     }
-    say("4/4 simulator and runtime as two processes, held-out worlds");
-    let mut rows = Vec::new();
+    say("3/4 drive: simulator and runtime as two processes, on worlds that training never saw");
+    let mut scores = Vec::new();
     for family in &options.families {
-        let row = drive(&program, family, options.episodes, &model, &out)?;
-        say(&format!("  {family}: {} of {} reached the goal", row.success, row.episodes));
-        rows.push(row);
+        let drive = Drive {
+            programs: &programs,
+            model: &model,
+            family,
+            worlds: options.worlds,
+            disturbance: DISTURBANCE,
+            out: &out,
+        };
+        let score = drive.run()?;
+        say(&format!("  {family}: {:.1} % of {} worlds", score.success * 100.0, options.worlds));
+        scores.push(score);
     }
-    say("the same worlds in-process, with other policies beside");
-    let mut evaluate = program("trainer");
-    evaluate
-        .args(["evaluate", "--policies", "hybrid,td3,astar,reactive", "--families"])
-        .arg(options.families.join(","))
-        .args(["--episodes", &options.episodes.to_string(), "--model"])
-        .arg(&model)
-        .arg("--out")
-        .arg(out.join("evaluate"));
-    run_shown(&mut evaluate, "trainer evaluate")?;
-    print_table(&rows);
-    say(&format!("pictures and reports: {}", out.display()));
-    say(&format!(
-        "done in {} min {:02} s",
-        started.elapsed().as_secs() / 60,
-        started.elapsed().as_secs() % 60
-    ));
+    say("4/4 compare: the same worlds in one process, with other policies beside");
+    scores.extend(compare(options, &programs, &model, &out.join("evaluate"))?);
+    print_table(&options.families, &scores, options.worlds);
+    say(&format!("pictures: {0}/FAMILY/ (two processes), {0}/evaluate/ (policies)", out.display()));
+    say(&format!("drive with it yourself: cargo runtime --model {}", model.display()));
+    let seconds = started.elapsed().as_secs();
+    say(&format!("done in {} min {:02} s", seconds / 60, seconds % 60));
     Ok(())
 }
 
-/// Drives one family through the two processes and reads the simulator's report.
-fn drive(
-    program: &impl Fn(&str) -> Command,
-    family: &str,
-    episodes: u32,
-    model: &Path,
-    out: &Path,
-) -> Result<Row> {
-    let robot = format!("demo-{}", std::process::id());
-    let report = out.join(format!("{family}.json"));
-    let log = |name: &str| -> Result<(PathBuf, File)> {
-        let path = out.join(format!("{family}-{name}.log"));
-        let file = File::create(&path).with_context(|| format!("could not create {}", path.display()))?;
-        Ok((path, file))
-    };
-    let (simulator_log, file) = log("simulator")?;
-    let mut simulator = program("simulator");
-    simulator
-        .args(["--family", family, "--split", "test", "--seed", "0", "--pace", "lockstep"])
-        .args(["--episodes", &episodes.to_string(), "--robot", &robot])
-        .arg("--report")
-        .arg(&report)
-        .arg("--draw")
+fn train_and_export(options: &Options, programs: &Path, model: &Path) -> Result<()> {
+    let run = root().join("runs/demo");
+    remove_folder(&run)?;
+    say("2/4 train (profile quick, about six minutes on two cores) and export");
+    let mut train = trainer(programs);
+    train.args(["train", "--profile", "quick", "--out"]).arg(&run);
+    if let Some(seed) = options.seed {
+        train.args(["--seed", &seed.to_string()]);
+    }
+    run_shown(&mut train, "trainer train")?;
+    let mut export = trainer(programs);
+    export.args(["export", "--run"]).arg(&run).arg("--out").arg(model);
+    run_shown(&mut export, "trainer export")
+}
+
+/// Evaluates the model and its rivals in one process and reads the summary.
+fn compare(options: &Options, programs: &Path, model: &Path, out: &Path) -> Result<Vec<Score>> {
+    let mut evaluate = trainer(programs);
+    evaluate
+        .args(["evaluate", "--policies", "hybrid,td3,astar,reactive", "--split", "test"])
+        .args(["--families", &options.families.join(","), "--worlds", &options.worlds.to_string()])
+        .args(["--disturbance", DISTURBANCE, "--model"])
+        .arg(model)
+        .arg("--out")
         .arg(out);
-    let mut simulator = Running::start(simulator, "simulator", file)?;
-    let (runtime_log, file) = log("runtime")?;
-    let mut runtime = program("runtime");
-    runtime.args(["run", "--pace", "scan", "--robot", &robot, "--model"]).arg(model);
-    let mut runtime = Running::start(runtime, "runtime", file)?;
-    let started = Instant::now();
-    let mut told = started;
-    let status = loop {
-        if let Some(status) = simulator.0.try_wait()? {
-            break status;
-        }
-        if let Some(status) = runtime.0.try_wait()? {
-            // The runtime may leave first when the last episode has ended; the simulator follows.
-            thread::sleep(Duration::from_secs(2));
-            match simulator.0.try_wait()? {
-                Some(status) => break status,
-                None => bail!("the runtime stopped ({status}) in {family}; see {}", runtime_log.display()),
-            }
-        }
-        if told.elapsed() > Duration::from_secs(5) {
-            told = Instant::now();
-            say(&format!("  {family}: {} s", started.elapsed().as_secs()));
-        }
-        thread::sleep(Duration::from_millis(20));
-    };
-    runtime.interrupt();
-    if !status.success() {
-        bail!("the simulator failed ({status}) in {family}; see {}", simulator_log.display());
-    }
-    read_report(family, &report)
-}
-
-/// A process that does not outlive the demo.
-struct Running(Child);
-
-impl Running {
-    fn start(mut command: Command, what: &str, log: File) -> Result<Self> {
-        let errors = log.try_clone()?;
-        let child = command.stdin(Stdio::null()).stdout(log).stderr(errors).spawn();
-        Ok(Self(child.with_context(|| format!("could not start the {what}"))?))
-    }
-
-    /// Asks the process to end as Ctrl-C would, and gives it five seconds.
-    fn interrupt(&mut self) {
-        let asked = Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
-        if asked.is_ok_and(|status| status.success()) {
-            let started = Instant::now();
-            while started.elapsed() < Duration::from_secs(5) {
-                if !matches!(self.0.try_wait(), Ok(None)) {
-                    return;
-                }
-                thread::sleep(Duration::from_millis(10));
-            }
-        }
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        if matches!(self.0.try_wait(), Ok(None)) {
-            self.interrupt();
-            // It may have ended meanwhile; then both say so, which is as good.
-            let _ = self.0.kill();
-            let _ = self.0.wait();
-        }
-    }
-}
-
-fn read_report(family: &str, path: &Path) -> Result<Row> {
-    let text =
-        fs::read_to_string(path).with_context(|| format!("the simulator left no {}", path.display()))?;
+    run_shown(&mut evaluate, "trainer evaluate")?;
+    let path = out.join("summary.json");
+    let text = fs::read_to_string(&path).with_context(|| format!("evaluate left no {}", path.display()))?;
     let report: Value =
         serde_json::from_str(&text).with_context(|| format!("{} is no JSON", path.display()))?;
-    let number = |name: &str| {
-        report["summary"][name]
-            .as_f64()
-            .with_context(|| format!("{} has no number summary.{name}", path.display()))
-    };
-    Ok(Row {
-        family: family.to_owned(),
-        episodes: report["summary"]["episodes"].as_u64().unwrap_or_default(),
-        success: number("success_rate")?,
-        collision: number("collision_rate")?,
-        time_s: number("mean_time_s")?,
-    })
+    let rows = report["summaries"].as_array();
+    let rows = rows.with_context(|| format!("{} has no list `summaries`", path.display()))?;
+    rows.iter()
+        .map(|row| {
+            let text = |name: &str| row[name].as_str().map(str::to_owned);
+            let score = Score {
+                policy: text("policy").context("a summary names no policy")?,
+                family: text("family").context("a summary names no family")?,
+                success: row["success"].as_f64().context("a summary has no success rate")?,
+                collision: row["collision"].as_f64().context("a summary has no collision rate")?,
+                time_s: row["time_s"].as_f64(),
+            };
+            Ok(score)
+        })
+        .collect()
 }
 
-fn print_table(rows: &[Row]) {
-    println!(
-        "\n{:<12} {:>8} {:>10} {:>12} {:>10}",
-        "family", "episodes", "success %", "collision %", "time s"
-    );
-    for row in rows {
-        println!(
-            "{:<12} {:>8} {:>10.1} {:>12.1} {:>10.1}",
-            row.family,
-            row.episodes,
-            row.success * 100.0,
-            row.collision * 100.0,
-            row.time_s
-        );
+fn trainer(programs: &Path) -> Command {
+    let mut command = Command::new(programs.join("trainer"));
+    command.current_dir(root());
+    command
+}
+
+fn print_table(families: &[String], scores: &[Score], worlds: u32) {
+    println!("\n{worlds} held-out worlds a family\n");
+    println!("{:<10} {:<22} {:>9} {:>11} {:>8}", "family", "policy", "success %", "collision %", "time s");
+    for family in families {
+        for score in scores.iter().filter(|score| score.family == *family) {
+            let time = score.time_s.map_or_else(|| "-".to_owned(), |time_s| format!("{time_s:.1}"));
+            println!(
+                "{:<10} {:<22} {:>9.1} {:>11.1} {:>8}",
+                family,
+                score.policy,
+                score.success * 100.0,
+                score.collision * 100.0,
+                time
+            );
+        }
     }
-    println!();
+    println!(
+        "\ntd3: the same TD3 without the DQN above it, straight at the goal. astar: knows the whole map.\n"
+    );
 }

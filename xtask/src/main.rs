@@ -8,6 +8,7 @@ mod programs;
 mod python;
 mod shell;
 mod test;
+mod two_processes;
 mod wheel;
 
 use std::path::PathBuf;
