@@ -1,0 +1,124 @@
+//! Reading a file that may be hostile: once, bounded, without following links.
+
+use sha2::{Digest, Sha256};
+use std::fs::OpenOptions;
+use std::io::{self, Read};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+/// A file's bytes and the hash of exactly these bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileBytes {
+    /// The content.
+    pub bytes: Vec<u8>,
+    /// SHA-256 of `bytes`.
+    pub sha256: [u8; 32],
+}
+
+impl FileBytes {
+    /// The hash as 64 lower-case hexadecimal digits, as manifests write it.
+    pub fn sha256_hex(&self) -> String {
+        self.sha256.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+/// Why a file was not read.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// It is missing, not permitted, or failed while being read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The last part of the path is a symbolic link.
+    #[error("{} is a symbolic link; give the path of the file itself", path.display())]
+    Link {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is a folder, a device, a pipe or a socket.
+    #[error("{} is not a regular file", path.display())]
+    NotAFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It holds more bytes than the limit.
+    #[error("{} is larger than {limit_bytes} bytes; a navigation policy is far smaller, check the path", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// The most bytes that would have been read.
+        limit_bytes: u64,
+    },
+}
+
+/// Reads at most `limit_bytes` of the regular file at `path`, once, and hashes what was read.
+///
+/// Whoever uses the result uses the bytes that were hashed: the file is not opened again.
+///
+/// # Errors
+/// When it is no regular file, a link, too large, or cannot be read.
+pub fn read_file(path: &Path, limit_bytes: u64) -> Result<FileBytes, FileError> {
+    let at = || path.to_path_buf();
+    let io = |source| FileError::Io { path: at(), source };
+    // O_NONBLOCK so that opening a pipe does not wait for a writer.
+    let flags = libc::O_NOFOLLOW | libc::O_CLOEXEC | libc::O_NONBLOCK;
+    let file = match OpenOptions::new().read(true).custom_flags(flags).open(path) {
+        Err(error) if error.raw_os_error() == Some(libc::ELOOP) => {
+            return Err(FileError::Link { path: at() });
+        }
+        other => other.map_err(io)?,
+    };
+    let metadata = file.metadata().map_err(io)?;
+    if !metadata.is_file() {
+        return Err(FileError::NotAFile { path: at() });
+    }
+    let too_large = || FileError::TooLarge { path: at(), limit_bytes };
+    if metadata.len() > limit_bytes {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::new();
+    file.take(limit_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+    // It may have grown since its length was asked for.
+    if bytes.len() as u64 > limit_bytes {
+        return Err(too_large());
+    }
+    let sha256 = Sha256::digest(&bytes).into();
+    Ok(FileBytes { bytes, sha256 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_hashes_and_bounds() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model");
+        std::fs::write(&path, b"abc").unwrap();
+        let file = read_file(&path, 3).unwrap();
+        assert_eq!(file.bytes, b"abc");
+        assert_eq!(
+            file.sha256_hex(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
+            "the hash of the standard's example"
+        );
+        assert!(matches!(read_file(&path, 2), Err(FileError::TooLarge { limit_bytes: 2, .. })));
+    }
+
+    #[test]
+    fn links_folders_pipes_and_missing_files_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model");
+        std::fs::write(&path, b"abc").unwrap();
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        assert!(matches!(read_file(&link, 10), Err(FileError::Link { .. })));
+        assert!(matches!(read_file(folder.path(), 10), Err(FileError::NotAFile { .. })));
+        assert!(matches!(read_file(&folder.path().join("none"), 10), Err(FileError::Io { .. })));
+        assert!(matches!(read_file(Path::new("/dev/zero"), 10), Err(FileError::NotAFile { .. })));
+    }
+}
