@@ -185,6 +185,8 @@ impl Default for LowConfig {
             paper: paper::LowWeights::default(),
             td3: Td3Config {
                 hidden: vec![128, 128],
+                actor_learning_rate: 1e-3,
+                critic_learning_rate: 1e-3,
                 smooth_temporal: 0.05,
                 smooth_spatial: 0.0,
                 ..Td3Config::default()

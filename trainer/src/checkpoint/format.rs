@@ -100,7 +100,7 @@ impl<'a> Contents<'a> {
     }
 
     /// Writes the whole file.
-    pub(super) fn write(&self, step: u64, file: &mut impl Write) -> io::Result<()> {
+    pub fn write_to(&self, step: u64, file: &mut impl Write) -> io::Result<()> {
         let mut out = Checked { inner: file, crc: crc32fast::Hasher::new() };
         let body: u64 = self.sections.iter().map(|(name, data)| section_bytes(name, data)).sum();
         out.write_all(&MAGIC)?;

@@ -57,7 +57,7 @@ impl CheckpointStore {
     /// When it could not be written, for example because the disk is full; nothing else has changed then.
     pub fn save(&self, step: u64, contents: &Contents<'_>) -> Result<PathBuf, SaveError> {
         let path = self.folder.join(format!("{PREFIX}{step:012}{SUFFIX}"));
-        write_atomically(&path, |file| contents.write(step, file))
+        write_atomically(&path, |file| contents.write_to(step, file))
             .map_err(|source| SaveError { path: path.clone(), source })?;
         let mut kept = 0;
         for (other, path) in self.newest_first() {

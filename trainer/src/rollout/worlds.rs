@@ -1,6 +1,6 @@
 //! The worlds of a run: generated once, shared by all robots, with their shortest ways.
 
-use nav_sim::families::{Family, Split, generate};
+use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate_with_field};
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::world::World;
 use std::sync::Arc;
@@ -22,9 +22,10 @@ pub struct Place {
 pub fn generate_places(families: &[Family], split: Split, count: u64, robot_radius_m: f32) -> Vec<Place> {
     let wanted: Vec<_> = families.iter().flat_map(|&family| (0..count).map(move |seed| (family, seed))).collect();
     let make = |&(family, seed): &(Family, u64)| {
-        let world = generate(family, split, seed);
-        let field = Arc::new(GeodesicField::new(&world, robot_radius_m));
-        Place { family, seed, world: Arc::new(world), field }
+        let (world, field) = generate_with_field(family, split, seed);
+        let fits = (robot_radius_m - DESIGN_RADIUS_M).abs() < 1e-6;
+        let field = if fits { field } else { GeodesicField::new(&world, robot_radius_m) };
+        Place { family, seed, world: Arc::new(world), field: Arc::new(field) }
     };
     let (front, back) = wanted.split_at(wanted.len() / 2);
     std::thread::scope(|scope| {

@@ -37,6 +37,7 @@ pub struct HighStage {
     episodes: Window,
     reward_sum: f64,
     losses: DqnLosses,
+    rate_factor: f32,
 }
 
 /// Everything that a checkpoint keeps of the stage but the replay buffer's rows.
@@ -52,6 +53,7 @@ pub struct HighState {
     episodes: Window,
     reward_sum: f64,
     losses: DqnLosses,
+    rate_factor: f32,
 }
 
 /// What the robots bring back from a round.
@@ -98,6 +100,7 @@ impl HighStage {
             episodes: Window::new(400),
             reward_sum: 0.0,
             losses: DqnLosses::default(),
+            rate_factor: 1.0,
             config: high,
         })
     }
@@ -122,7 +125,8 @@ impl HighStage {
         let epsilon = self.epsilon();
         let progress = self.decisions as f32 / self.config.decisions as f32;
         let start = self.config.dqn.learning_rate;
-        self.learner.set_learning_rate(start + (self.config.final_learning_rate - start) * progress.min(1.0));
+        let rate = start + (self.config.final_learning_rate - start) * progress.min(1.0);
+        self.learner.set_learning_rate(rate * self.rate_factor);
         let due = self.decisions.saturating_sub(self.config.warmup_decisions)
             / u64::from(self.config.decisions_per_update);
         let Self { config, robots, explorers, acting, low, learner, batch, replay, sampler, losses, .. } = self;
@@ -166,6 +170,11 @@ impl HighStage {
                 self.episodes.push(report.outcome == Outcome::Reached, report.outcome == Outcome::Collided);
             }
         }
+    }
+
+    /// Multiplies the learning rate, after a divergence.
+    pub fn scale_learning_rate(&mut self, factor: f32) {
+        self.rate_factor *= factor;
     }
 
     /// Decisions of all robots so far.
@@ -217,6 +226,7 @@ impl HighStage {
             episodes: self.episodes.clone(),
             reward_sum: self.reward_sum,
             losses: self.losses,
+            rate_factor: self.rate_factor,
         }
     }
 
@@ -240,6 +250,7 @@ impl HighStage {
         self.episodes = state.episodes;
         self.reward_sum = state.reward_sum;
         self.losses = state.losses;
+        self.rate_factor = state.rate_factor;
         repack(&mut self.acting, self.learner.scorer(), None, ACTION_COUNT)?;
         Ok(())
     }

@@ -155,6 +155,11 @@ impl LowStage {
         Ok(())
     }
 
+    /// Multiplies the learning rates, after a divergence.
+    pub fn scale_learning_rates(&mut self, factor: f32) {
+        self.learner.scale_learning_rates(factor);
+    }
+
     /// Steps of all robots so far.
     pub fn env_steps(&self) -> u64 {
         self.env_steps

@@ -1,5 +1,13 @@
-//! The stages of a run: A, the low level alone; B, the high level above the frozen low level.
+//! A run: stage A, the low level alone; stage B, the high level above the frozen low level; then the gate.
+//!
+//! Reading order: [`run`] (what happens when), [`low_stage`] and [`high_stage`] (the two stages), [`gate`] (what must
+//! be reached), [`policy`] and [`run_folder`] (what is kept).
 
+pub mod gate;
 pub mod high_stage;
 pub mod low_stage;
+pub mod policy;
+pub mod run;
+pub mod run_folder;
+mod stage;
 pub mod window;

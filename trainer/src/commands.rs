@@ -1,0 +1,140 @@
+//! `trainer train` and `trainer export`: from arguments to a checked plan, and what is said at the end.
+
+use anyhow::{Context, Result, bail};
+use std::path::Path;
+use std::process::ExitCode;
+
+use crate::cli::{AlgorithmArg, ExportArgs, TrainArgs};
+use crate::config::{Config, Profile};
+use crate::export;
+
+use crate::stop::StopRequest;
+use crate::train::policy::Policy;
+use crate::train::run::{End, Run};
+use crate::train::run_folder::RunFolder;
+
+/// Trains.
+///
+/// # Errors
+/// A configuration that makes no sense, a folder that cannot be used, or a learner that diverged.
+pub fn train(args: &TrainArgs) -> Result<ExitCode> {
+    if args.print_config {
+        print_out(&plan(args)?.to_toml());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let stop = StopRequest::listen()?;
+    crate::nn::init_torch();
+    let folder = match &args.resume {
+        Some(Some(path)) => RunFolder::open(path)?,
+        Some(None) => RunFolder::newest(|run| !run.is_finished(), "unfinished")?,
+        None => {
+            let config = plan(args)?;
+            let path = args.out.clone().unwrap_or_else(|| RunFolder::next_path(&config));
+            RunFolder::create(&path, &config)?
+        }
+    };
+    if folder.is_finished() {
+        bail!("{} has already finished: `trainer export --run {0}` exports it", folder.path().display());
+    }
+    let mut run = Run::open(folder.clone(), stop)?;
+    if let Some(low) = &args.low {
+        run.use_low_level_of(&RunFolder::open(low)?.policy()?)?;
+    }
+    let config = run.config();
+    eprintln!(
+        "training {} (profile {}, seed {}) in {}{}; Ctrl-C saves and stops",
+        format!("{:?}", config.algorithm).to_lowercase(),
+        config.profile,
+        config.seed,
+        folder.path().display(),
+        if run.resumed_step() > 0 { format!(", from step {}", run.resumed_step()) } else { String::new() }
+    );
+    match run.train()? {
+        End::Interrupted(code) => {
+            eprintln!("stopped and saved; continue with: trainer train --resume {}", folder.path().display());
+            Ok(ExitCode::from(code))
+        }
+        End::Finished(policy) => {
+            tell(&policy, folder.path());
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+/// From arguments to the configuration that will run.
+fn plan(args: &TrainArgs) -> Result<Config> {
+    let default_profile = args.profile.unwrap_or(Profile::Quick);
+    let mut config = match &args.config {
+        Some(path) => Config::read(path, default_profile)?,
+        None => Config::of_profile(default_profile),
+    };
+    if let Some(profile) = args.profile
+        && profile != config.profile
+    {
+        bail!("--profile {profile} contradicts the profile in --config ({}): drop one of them", config.profile);
+    }
+    if let Some(algorithm) = args.algorithm {
+        config.algorithm = algorithm.policy();
+        if algorithm == AlgorithmArg::Td3 {
+            // A flat policy only ever drives at the goal.
+            config.low.goal_share = 1.0;
+        }
+    }
+    if (args.algorithm == Some(AlgorithmArg::Dqn)) != args.low.is_some() {
+        bail!("--algorithm dqn and --low FOLDER go together: the folder of the finished run whose low level to use");
+    }
+    if let Some(seed) = args.seed {
+        config.seed = seed;
+    }
+    config.validate()?;
+    Ok(config)
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn print_out(text: &str) {
+    print!("{text}");
+}
+
+/// What was reached, and what comes next.
+fn tell(policy: &Policy, folder: &Path) {
+    use std::fmt::Write as _;
+    let mut text = format!(
+        "\ntrained in {:.0} s: {} steps, {} updates\n{:<10} {:>8} {:>10} {:>7}   (td3 straight at the goal)\n",
+        policy.seconds, policy.env_steps, policy.updates, "family", "success", "collision", "spin"
+    );
+    for (score, flat) in policy.gate.families.iter().zip(&policy.gate.flat) {
+        let _ = writeln!(
+            text,
+            "{:<10} {:>6.1} % {:>8.1} % {:>5.1} %   {:.1} %",
+            score.family.to_string(),
+            100.0 * score.success,
+            100.0 * score.collision,
+            100.0 * score.spin,
+            100.0 * flat.success
+        );
+    }
+    if policy.gate.missed.is_empty() {
+        let _ = writeln!(text, "\ngate passed; export it with: trainer export --run {}", folder.display());
+    } else {
+        let _ = writeln!(text, "\ngate NOT passed, so that it cannot be exported: {}", policy.gate.missed.join("; "));
+        text.push_str("train longer (--profile full) or with another --seed\n");
+    }
+    print_out(&text);
+}
+
+/// Exports.
+///
+/// # Errors
+/// No finished run, a run that missed its gate, or networks on which the engines disagree.
+pub fn export(args: &ExportArgs) -> Result<ExitCode> {
+    crate::nn::init_torch();
+    let folder = match &args.run {
+        Some(path) => RunFolder::open(path)?,
+        None => RunFolder::newest(RunFolder::is_finished, "finished")?,
+    };
+    let policy = folder.policy()?;
+    let written = export::export(&policy, &args.out)
+        .with_context(|| format!("the run {} was not exported", folder.path().display()))?;
+    print_out(&written);
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,16 @@
+//! Which commit a run was made with.
+
+use std::process::Command;
+
+/// The commit of the sources that this program was built from, `-dirty` when they have changed since;
+/// `unknown` where the sources or git are gone.
+pub fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR")]).args(arguments).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".to_owned() };
+    let sources = ["status", "--porcelain", "--untracked-files=no", "--", "*.rs", "*.toml"];
+    let is_clean = git(&sources).is_some_and(|changes| changes.is_empty());
+    if is_clean { commit } else { format!("{commit}-dirty") }
+}

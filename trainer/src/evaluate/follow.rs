@@ -1,0 +1,70 @@
+//! Steering of the classical rivals: towards a point, slower in turns and before obstacles.
+
+use nav_core::controller::{Inputs, TickStatus};
+use nav_core::geometry::{Point, wrap_angle};
+use nav_core::guard::Guard;
+use nav_core::messages::{CmdVel, Header, RunState};
+use nav_core::navigator::Navigator;
+use nav_core::task::{ACTION_GOAL, Task};
+
+/// Seconds in which the robot turns towards its target.
+const TURN_TIME_S: f32 = 0.4;
+/// Free length ahead below which the robot slows down, m.
+const SLOW_M: f32 = 0.8;
+
+/// What all classical rivals share: perception, steering and the guard's limits.
+pub(super) struct Follower {
+    pub(super) navigator: Navigator,
+    task: Task,
+    guard: Guard,
+    commands: u64,
+    goal_id: Option<u32>,
+}
+
+impl Follower {
+    pub(super) fn new(task: &Task) -> Self {
+        Self { navigator: Navigator::new(task), task: *task, guard: Guard::new(task), commands: 0, goal_id: None }
+    }
+
+    /// Takes in a moment; whether a new episode begins.
+    pub(super) fn observe(&mut self, inputs: &Inputs<'_>) -> bool {
+        let is_new = self.goal_id != Some(inputs.goal.id);
+        self.goal_id = Some(inputs.goal.id);
+        if is_new {
+            self.guard.restart_from(inputs.odom.linear_mps, inputs.odom.angular_radps);
+        }
+        self.navigator.observe(inputs.scan, inputs.odom, inputs.goal);
+        is_new
+    }
+
+    /// Drives towards a point of the `odom` frame.
+    pub(super) fn towards(&mut self, now_ns: u64, inputs: &Inputs<'_>, target: Point) -> (CmdVel, TickStatus) {
+        let robot = &self.task.robot;
+        let pose = self.navigator.pose();
+        let bearing = wrap_angle(pose.bearing_to(target) - pose.yaw_rad);
+        let ahead_m = self.navigator.scan().corridor_m(1.0, 0.0, robot.radius_m + 0.03, 2.0);
+        let angular = (bearing / TURN_TIME_S).clamp(-robot.angular_max_radps, robot.angular_max_radps);
+        let aligned = (1.0 - bearing.abs() / 0.9).clamp(0.0, 1.0);
+        let clear = ((ahead_m - 0.05) / SLOW_M).clamp(0.0, 1.0);
+        let wish = (robot.linear_max_mps * aligned * clear, angular);
+        let (linear_mps, angular_radps, faults) = self.guard.limit(wish);
+        self.commands += 1;
+        let command = CmdVel {
+            header: Header { stamp_ns: now_ns, seq: self.commands },
+            linear_mps,
+            angular_radps,
+            scan_seq: inputs.scan.header.seq,
+            faults,
+            reserved: 0,
+        };
+        let status = TickStatus {
+            state: RunState::Driving,
+            faults,
+            decided: None,
+            action: ACTION_GOAL,
+            subgoal_m: (target.x, target.y),
+            goal_distance_m: self.navigator.goal_distance_m(),
+        };
+        (command, status)
+    }
+}

@@ -1,0 +1,168 @@
+//! The upper bound: a planner that knows the static map, with a follower. It does not know the people.
+
+use nav_core::controller::{Inputs, TickStatus};
+use nav_core::geometry::Point;
+use nav_core::messages::CmdVel;
+use nav_core::task::Task;
+use nav_sim::obstacles::Obstacles;
+use nav_sim::world::World;
+use pathfinding::directed::{astar::astar, dijkstra::dijkstra};
+
+use super::drive::Driver;
+use super::follow::Follower;
+use crate::rollout::worlds::Place;
+
+/// Side of a planning cell, m.
+const CELL_M: f32 = 0.1;
+/// Kept to obstacles beyond the footprint where there is room, m.
+const COMFORT_M: f32 = 0.2;
+/// The follower aims this far ahead on the path, m.
+const LOOKAHEAD_M: f32 = 0.6;
+
+/// Which search finds the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// A* with the octile distance.
+    AStar,
+    /// Dijkstra's algorithm.
+    Dijkstra,
+}
+
+/// Plans once an episode, then follows.
+pub struct KnownMapPlanner {
+    search: Search,
+    task: Task,
+    follower: Follower,
+    path: Vec<Point>,
+    world: Option<std::sync::Arc<World>>,
+}
+
+impl KnownMapPlanner {
+    /// A planner for a task.
+    pub fn new(search: Search, task: &Task) -> Self {
+        Self { search, task: *task, follower: Follower::new(task), path: Vec::new(), world: None }
+    }
+
+    fn target(&mut self) -> Point {
+        let position = self.follower.navigator.pose().position();
+        let nearest = |path: &[Point]| {
+            let distance = |index: &usize| (path[*index] - position).norm();
+            (0..path.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        };
+        // What lies behind is never aimed at again.
+        if let Some(index) = nearest(&self.path[..self.path.len().min(30)]) {
+            self.path.drain(..index);
+        }
+        let ahead = self.path.iter().find(|point| (**point - position).norm() > LOOKAHEAD_M);
+        ahead.copied().unwrap_or_else(|| self.follower.navigator.goal())
+    }
+}
+
+impl Driver for KnownMapPlanner {
+    fn begin(&mut self, place: &Place) {
+        self.world = Some(place.world.clone());
+    }
+
+    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
+        self.follower.observe(&inputs);
+        if let Some(world) = self.world.take() {
+            self.path = Grid::new(&world, &self.task).path(self.search, world.start.position(), world.goal);
+        }
+        let target = self.target();
+        self.follower.towards(now_ns, &inputs, target)
+    }
+}
+
+/// Costs of the cells of a world.
+struct Grid {
+    origin: Point,
+    columns: i32,
+    rows: i32,
+    /// 0 blocked, else the cost of a straight step through the cell.
+    cost: Vec<u32>,
+}
+
+type Cell = (i32, i32);
+
+impl Grid {
+    fn new(world: &World, task: &Task) -> Self {
+        let obstacles = Obstacles::new(world);
+        let size = world.bounds.max - world.bounds.min;
+        let (columns, rows) = ((size.x / CELL_M).ceil() as i32, (size.y / CELL_M).ceil() as i32);
+        let mut grid = Self { origin: world.bounds.min, columns, rows, cost: Vec::new() };
+        let radius_m = task.robot.radius_m + 0.02;
+        for row in 0..rows {
+            for column in 0..columns {
+                let free_m = obstacles.distance_m(grid.center((column, row)), radius_m + COMFORT_M) - radius_m;
+                // Up to five times as dear within the comfort distance.
+                let near = (1.0 - free_m / COMFORT_M).clamp(0.0, 1.0);
+                grid.cost.push(if free_m < 0.0 { 0 } else { 10 + (40.0 * near) as u32 });
+            }
+        }
+        grid
+    }
+
+    fn center(&self, cell: Cell) -> Point {
+        Point::new(
+            self.origin.x + (cell.0 as f32 + 0.5) * CELL_M,
+            self.origin.y + (cell.1 as f32 + 0.5) * CELL_M,
+        )
+    }
+
+    fn cell(&self, point: Point) -> Cell {
+        let at = (point - self.origin) / CELL_M;
+        (at.x.floor() as i32, at.y.floor() as i32)
+    }
+
+    fn cost(&self, cell: Cell) -> u32 {
+        let inside = (0..self.columns).contains(&cell.0) && (0..self.rows).contains(&cell.1);
+        if inside { self.cost[(cell.1 * self.columns + cell.0) as usize] } else { 0 }
+    }
+
+    fn neighbours(&self, cell: Cell) -> Vec<(Cell, u32)> {
+        let mut found = Vec::with_capacity(8);
+        for (dx, dy) in [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)] {
+            let next = (cell.0 + dx, cell.1 + dy);
+            let cost = self.cost(next);
+            if cost > 0 {
+                found.push((next, if dx != 0 && dy != 0 { cost * 14 } else { cost * 10 }));
+            }
+        }
+        found
+    }
+
+    /// Cell centres from start to goal; empty when there is no path.
+    fn path(&self, search: Search, start: Point, goal: Point) -> Vec<Point> {
+        let (start, goal) = (self.cell(start), self.cell(goal));
+        let octile = |cell: &Cell| {
+            let (dx, dy) = (cell.0.abs_diff(goal.0), cell.1.abs_diff(goal.1));
+            100 * dx.max(dy) + 40 * dx.min(dy)
+        };
+        let found = match search {
+            Search::AStar => astar(&start, |cell| self.neighbours(*cell), octile, |cell| *cell == goal),
+            Search::Dijkstra => dijkstra(&start, |cell| self.neighbours(*cell), |cell| *cell == goal),
+        };
+        found.map_or_else(Vec::new, |(cells, _)| cells.into_iter().map(|cell| self.center(cell)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nav_sim::families::{Family, Split, generate};
+
+    #[test]
+    fn both_searches_agree_on_the_cost_and_connect_start_and_goal() {
+        for seed in 0..5 {
+            let world = generate(Family::Maze, Split::Validation, seed);
+            let grid = Grid::new(&world, &Task::default());
+            let paths = [Search::AStar, Search::Dijkstra].map(|search| grid.path(search, world.start.position(), world.goal));
+            let length = |path: &[Point]| path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f32>();
+            for path in &paths {
+                assert!((path[0] - world.start.position()).norm() < CELL_M);
+                assert!((path[path.len() - 1] - world.goal).norm() < CELL_M);
+            }
+            assert!((length(&paths[0]) - length(&paths[1])).abs() < 1.0, "same cost, nearly the same way");
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! A reactive rival without memory, after the vector field histogram (Borenstein and Koren 1991): the free
+//! direction closest to the goal's, with a little inertia.
+
+use nav_core::controller::{Inputs, TickStatus};
+use nav_core::geometry::{Point, wrap_angle};
+use nav_core::messages::CmdVel;
+use nav_core::task::Task;
+
+use super::drive::Driver;
+use super::follow::Follower;
+
+/// Directions tried.
+const DIRECTIONS: usize = 72;
+/// A direction is free when the footprint can go this far, m (or to the goal).
+const FREE_M: f32 = 1.2;
+/// How much nearer to the goal's direction another must be to be preferred to the last one, rad.
+const INERTIA_RAD: f32 = 0.3;
+
+/// See the module.
+pub struct Reactive {
+    follower: Follower,
+    radius_m: f32,
+    last_course_rad: Option<f32>,
+}
+
+impl Reactive {
+    /// For a task.
+    pub fn new(task: &Task) -> Self {
+        Self { follower: Follower::new(task), radius_m: task.robot.radius_m, last_course_rad: None }
+    }
+
+    fn course_rad(&self) -> f32 {
+        let navigator = &self.follower.navigator;
+        let pose = navigator.pose();
+        let goal_course = pose.bearing_to(navigator.goal());
+        let needed_m = FREE_M.min(navigator.goal_distance_m());
+        let mut best = (f32::INFINITY, goal_course);
+        for k in 0..DIRECTIONS {
+            let course = goal_course + k as f32 * (std::f32::consts::TAU / DIRECTIONS as f32);
+            let bearing = course - pose.yaw_rad;
+            let free_m =
+                navigator.scan().corridor_m(bearing.cos(), bearing.sin(), self.radius_m + 0.08, needed_m);
+            let blocked = (needed_m - free_m) * 10.0;
+            let away = wrap_angle(course - goal_course).abs();
+            let inertia = self.last_course_rad.map_or(0.0, |last| {
+                INERTIA_RAD * (wrap_angle(course - last).abs() / std::f32::consts::PI)
+            });
+            let cost = blocked + away + inertia;
+            if cost < best.0 {
+                best = (cost, course);
+            }
+        }
+        best.1
+    }
+}
+
+impl Driver for Reactive {
+    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
+        if self.follower.observe(&inputs) {
+            self.last_course_rad = None;
+        }
+        let course = self.course_rad();
+        self.last_course_rad = Some(course);
+        let position = self.follower.navigator.pose().position();
+        let target = Point::new(position.x + course.cos(), position.y + course.sin());
+        self.follower.towards(now_ns, &inputs, target)
+    }
+}

@@ -1,0 +1,75 @@
+//! The model card: what a model is, for people.
+
+use anyhow::Result;
+use std::fmt::Write as _;
+
+use crate::train::policy::Policy;
+
+/// The card as Markdown.
+///
+/// # Errors
+/// A configuration of another version.
+pub(super) fn card(policy: &Policy) -> Result<String> {
+    let config = policy.config()?;
+    let is_hybrid = policy.scorer.is_some();
+    let mut text = String::new();
+    let kind = if is_hybrid { "a DQN that chooses subgoals above a TD3 that drives to them" } else { "a flat TD3" };
+    let families: Vec<_> =
+        if is_hybrid { &config.high.families } else { &config.low.families }.iter().map(|f| f.id()).collect();
+    let _ = write!(
+        text,
+        "# Model card\n\n\
+         A navigation policy for a differential-drive robot with a planar lidar: {kind}.\n\n\
+         | | |\n|---|---|\n\
+         | made with | `trainer train --profile {} --seed {}`, then `trainer export` |\n\
+         | commit | {} |\n\
+         | training | {} steps, {} updates, {:.0} s |\n\
+         | families | {} |\n\
+         | robot | radius {} m, up to {} m/s and {} rad/s |\n\
+         | lidar | {} beams, {:.0} degrees, {} m |\n\
+         | control period | {} s |\n\
+         | deviation margin | {} |\n\n\
+         ## Validation worlds (never trained on; they chose the deviation margin)\n\n\
+         | family | worlds | success | collision | spin | its TD3 straight at the goal |\n|---|---|---|---|---|---|\n",
+        config.profile,
+        config.seed,
+        policy.commit,
+        policy.env_steps,
+        policy.updates,
+        policy.seconds,
+        families.join(", "),
+        policy.task.robot.radius_m,
+        policy.task.robot.linear_max_mps,
+        policy.task.robot.angular_max_radps,
+        policy.task.lidar.beam_count,
+        policy.task.lidar.field_of_view_rad.to_degrees(),
+        policy.task.lidar.range_max_m,
+        policy.task.control_period_s,
+        policy.task.decision.deviation_margin,
+    );
+    for (score, flat) in policy.gate.families.iter().zip(&policy.gate.flat) {
+        let _ = writeln!(
+            text,
+            "| {} | {} | {:.1} % | {:.1} % | {:.1} % | {:.1} % |",
+            score.family,
+            score.worlds,
+            100.0 * score.success,
+            100.0 * score.collision,
+            100.0 * score.spin,
+            100.0 * flat.success
+        );
+    }
+    let low = &policy.gate.low;
+    let _ = write!(
+        text,
+        "\nThe low level alone reaches {:.1} % of {} random subgoals in static worlds, collides in {:.1} %.\n\n\
+         ## Limits\n\n\
+         Trained and scored in simulation. It is not a certified safety function: detecting people and the \
+         emergency stop stay in hardware. Crowds of people who do not look are its weak spot; see the collision \
+         column.\n",
+        100.0 * low.reach,
+        low.attempts,
+        100.0 * low.collision
+    );
+    Ok(text)
+}

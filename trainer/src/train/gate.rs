@@ -1,0 +1,202 @@
+//! What a run must reach before it may be exported, measured greedily on validation worlds.
+
+use anyhow::Result;
+use nav_core::controller::Controller;
+use nav_core::metrics::{EpisodeEnd, EpisodeRecorder, StepTruth};
+use nav_core::observation::LOW_ACTION;
+use nav_core::task::{ACTION_COUNT, Task};
+use nav_sim::families::{Family, Split};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+use crate::config::Config;
+use crate::evaluate::batch::{BatchOptions, drive_all};
+use crate::nn::Mlp;
+use crate::rollout::low::{Attempt, LowRobot};
+use crate::rollout::policy::{Normaliser, pack};
+use crate::rollout::worlds::{Place, generate_places};
+use crate::train::policy::Weights;
+use crate::seeds::derive;
+
+/// Attempts at subgoals that the low level is judged by.
+const LOW_ATTEMPTS: usize = 600;
+
+/// How the low level does on random subgoals in static worlds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LowScore {
+    /// Attempts.
+    pub attempts: usize,
+    /// Share reached.
+    pub reach: f32,
+    /// Share that collided.
+    pub collision: f32,
+    /// Share of steps that were spin.
+    pub spin: f32,
+}
+
+/// How a policy does on a family's validation worlds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FamilyScore {
+    /// The family.
+    pub family: Family,
+    /// Worlds driven.
+    pub worlds: usize,
+    /// Share that reached the goal.
+    pub success: f32,
+    /// Share that collided.
+    pub collision: f32,
+    /// Share of steps that were spin.
+    pub spin: f32,
+}
+
+/// What a run reached, and what it missed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GateReport {
+    /// The low level alone.
+    pub low: LowScore,
+    /// The whole policy, by family.
+    pub families: Vec<FamilyScore>,
+    /// The low level driven straight at the goal, by family: the flat rival.
+    pub flat: Vec<FamilyScore>,
+    /// Every threshold that was missed, as a sentence; empty when the gate is passed.
+    pub missed: Vec<String>,
+}
+
+/// Drives greedily at random subgoals in static validation worlds.
+///
+/// # Errors
+/// A network that the executor cannot hold.
+pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Result<LowScore> {
+    let mut network = pack(actor, Some(normaliser), 1)?;
+    let families: Vec<Family> =
+        config.low.families.iter().copied().filter(|family| !matches!(family, Family::Crowd)).collect();
+    let families = if families.is_empty() { vec![Family::Clutter] } else { families };
+    let places = Arc::new(generate_places(&families, Split::Validation, 20, config.task.robot.radius_m));
+    let low = Arc::new(crate::config::LowConfig { goal_share: 0.0, ..config.low.clone() });
+    let mut robots: Vec<_> = (0..8)
+        .map(|robot| {
+            let seed = derive(config.seed, 5_000 + robot);
+            let robot = LowRobot::new(low.clone(), places.clone(), &config.task, &config.disturbance, seed);
+            let recorder = EpisodeRecorder::new(robot.episode().pose(), config.task.control_period_s);
+            (robot, recorder)
+        })
+        .collect();
+    let mut score = LowScore::default();
+    let (mut reached, mut collided, mut spin_steps, mut steps) = (0_usize, 0_usize, 0.0_f32, 0_u32);
+    while score.attempts < LOW_ATTEMPTS {
+        for (robot, recorder) in &mut robots {
+            let mut action = [0.0; LOW_ACTION];
+            network.run(robot.observation(), &mut action);
+            let (_, attempt) = robot.step(action);
+            recorder.step(&StepTruth { pose: robot.episode().pose(), ..StepTruth::default() });
+            if attempt == Attempt::Running {
+                continue;
+            }
+            let metrics = recorder.finish(EpisodeEnd::Timeout, false, 1.0, 1.0);
+            spin_steps += metrics.spin * metrics.steps as f32;
+            steps += metrics.steps;
+            *recorder = EpisodeRecorder::new(robot.episode().pose(), config.task.control_period_s);
+            score.attempts += 1;
+            reached += usize::from(attempt == Attempt::Reached);
+            collided += usize::from(attempt == Attempt::Collided);
+        }
+    }
+    score.reach = reached as f32 / score.attempts as f32;
+    score.collision = collided as f32 / score.attempts as f32;
+    score.spin = spin_steps / steps.max(1) as f32;
+    Ok(score)
+}
+
+/// The validation worlds of a run: every family that it trains its top level on.
+pub fn validation_places(config: &Config) -> Vec<Place> {
+    let mut families = config.high.families.clone();
+    for wanted in [Family::Clutter, Family::UTrap] {
+        if !families.contains(&wanted) {
+            families.push(wanted);
+        }
+    }
+    generate_places(&families, Split::Validation, u64::from(config.gate.worlds), config.task.robot.radius_m)
+}
+
+/// Drives every place once with the given networks, and scores each family.
+///
+/// # Errors
+/// A network that the executor cannot hold.
+pub fn score_families(
+    config: &Config,
+    task: &Task,
+    (actor, normaliser): (&Weights, &Normaliser),
+    scorer: Option<&Weights>,
+    places: &[Place],
+) -> Result<Vec<FamilyScore>> {
+    let controller = || -> Result<_> {
+        let low = pack(&actor.network()?, Some(normaliser), 1)?;
+        let high = scorer.map(|scorer| anyhow::Ok(pack(&scorer.network()?, None, ACTION_COUNT)?)).transpose()?;
+        Ok(Controller::new(task, high, low)?)
+    };
+    // Built once here so that an error shows before threads start.
+    controller()?;
+    let make = || controller().expect("it was built a moment ago");
+    let options = BatchOptions { task, disturbance: &config.disturbance, threads: 2, traces: 0 };
+    let driven = drive_all(make, places, &options, || {});
+    let mut scores: Vec<FamilyScore> = Vec::new();
+    let mut steps: Vec<f32> = Vec::new();
+    for (place, driven) in places.iter().zip(&driven) {
+        let at = scores.iter().position(|score| score.family == place.family).unwrap_or_else(|| {
+            scores.push(FamilyScore {
+                family: place.family,
+                worlds: 0,
+                success: 0.0,
+                collision: 0.0,
+                spin: 0.0,
+            });
+            steps.push(0.0);
+            scores.len() - 1
+        });
+        let (score, metrics) = (&mut scores[at], &driven.metrics);
+        score.worlds += 1;
+        score.success += f32::from(u8::from(metrics.end == EpisodeEnd::Success));
+        score.collision += f32::from(u8::from(metrics.end == EpisodeEnd::Collision));
+        score.spin += metrics.spin * metrics.steps as f32;
+        steps[at] += metrics.steps as f32;
+    }
+    for (score, steps) in scores.iter_mut().zip(steps) {
+        score.success /= score.worlds as f32;
+        score.collision /= score.worlds as f32;
+        score.spin /= steps.max(1.0);
+    }
+    Ok(scores)
+}
+
+/// One number to choose by: mean success, less a quarter of mean collision.
+pub fn merit(scores: &[FamilyScore]) -> f32 {
+    let sum: f32 = scores.iter().map(|score| score.success - 0.25 * score.collision).sum();
+    sum / scores.len().max(1) as f32
+}
+
+/// Which thresholds are missed, as sentences.
+pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybrid: bool) -> Vec<String> {
+    let gate = &config.gate;
+    let mut missed = Vec::new();
+    let mut at_least = |what: &str, value: f32, least: f32| {
+        // Written so that NaN misses.
+        if !(value >= least) {
+            missed.push(format!("{what} is {:.1} %, at least {:.1} % is needed", 100.0 * value, 100.0 * least));
+        }
+    };
+    let of = |family: Family| families.iter().find(|score| score.family == family).map_or(f32::NAN, |s| s.success);
+    at_least("success in clutter", of(Family::Clutter), gate.clutter_success);
+    if is_hybrid {
+        at_least("success in u_trap", of(Family::UTrap), gate.u_trap_success);
+        at_least("the low level's reach", low.reach, gate.low_reach);
+    }
+    for (what, value, most) in [
+        ("the low level's collision rate", low.collision, gate.low_collision),
+        ("the low level's spin", low.spin, gate.low_spin),
+    ] {
+        if is_hybrid && !(value <= most) {
+            missed.push(format!("{what} is {:.1} %, at most {:.1} % is allowed", 100.0 * value, 100.0 * most));
+        }
+    }
+    missed
+}

@@ -1,0 +1,98 @@
+//! A trained policy, as a run keeps it: weights, normaliser, task, and what it reached on validation worlds.
+
+use anyhow::{Context, Result, ensure};
+use nav_core::controller::Controller;
+use nav_core::task::{ACTION_COUNT, Task};
+use rand::SeedableRng;
+use serde::{Deserialize, Serialize};
+
+use crate::config::Config;
+use crate::nn::{Mlp, MlpShape, Rng};
+use crate::rollout::policy::{ActingNetwork, Normaliser, pack};
+use crate::train::gate::GateReport;
+
+/// A network's shape and weights.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Weights {
+    shape: MlpShape,
+    parameters: Vec<f32>,
+}
+
+impl Weights {
+    /// Those of a network.
+    pub fn of(mlp: &Mlp) -> Self {
+        Self { shape: mlp.shape().clone(), parameters: mlp.parameters().to_vec() }
+    }
+
+    /// The network again.
+    ///
+    /// # Errors
+    /// Parameters that do not fit the shape.
+    pub fn network(&self) -> Result<Mlp> {
+        let mut mlp = Mlp::new(self.shape.clone(), &mut Rng::seed_from_u64(0));
+        ensure!(mlp.set_parameters(&self.parameters), "the saved weights do not fit their network");
+        Ok(mlp)
+    }
+}
+
+/// A trained policy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Policy {
+    /// The configuration that it was trained with, as TOML.
+    pub config_toml: String,
+    /// The commit of the trainer.
+    pub commit: String,
+    /// The task, with the deviation margin that did best.
+    pub task: Task,
+    /// How the actor's observations are normalised.
+    pub normaliser: Normaliser,
+    /// The low level.
+    pub actor: Weights,
+    /// The high level; none in a flat policy.
+    pub scorer: Option<Weights>,
+    /// What it reached.
+    pub gate: GateReport,
+    /// Steps of both stages.
+    pub env_steps: u64,
+    /// Updates of both stages.
+    pub updates: u64,
+    /// Time spent training, over all interruptions, s.
+    pub seconds: f64,
+}
+
+impl Policy {
+    /// The configuration.
+    ///
+    /// # Errors
+    /// A configuration of another version.
+    pub fn config(&self) -> Result<Config> {
+        Config::parse(&self.config_toml, crate::config::Profile::Quick).context("the policy's configuration")
+    }
+
+    /// The low level for acting.
+    ///
+    /// # Errors
+    /// Damaged weights.
+    pub fn low(&self) -> Result<ActingNetwork> {
+        Ok(pack(&self.actor.network()?, Some(&self.normaliser), 1)?)
+    }
+
+    /// The high level for acting, if there is one.
+    ///
+    /// # Errors
+    /// Damaged weights.
+    pub fn high(&self) -> Result<Option<ActingNetwork>> {
+        match &self.scorer {
+            None => Ok(None),
+            Some(scorer) => Ok(Some(pack(&scorer.network()?, None, ACTION_COUNT)?)),
+        }
+    }
+
+    /// The robot's controller with these networks.
+    ///
+    /// # Errors
+    /// Damaged weights.
+    pub fn controller(&self) -> Result<Controller<Vec<f32>>> {
+        Ok(Controller::new(&self.task, self.high()?, self.low()?)?)
+    }
+}

@@ -1,0 +1,306 @@
+//! A run from its first step to its gate, interrupted and resumed as often as need be.
+
+use anyhow::{Context, Result, bail, ensure};
+use nav_core::manifest::Algorithm;
+use nav_core::task::Task;
+use nav_sim::families::Split;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::gate::{self, GateReport, LowScore};
+use super::high_stage::HighStage;
+use super::low_stage::LowStage;
+use super::policy::{Policy, Weights};
+use super::run_folder::RunFolder;
+use super::stage::Stage;
+use crate::checkpoint::{Checkpoint, CheckpointStore, Contents};
+use crate::config::Config;
+use crate::logs::{Progress, ScalarLog};
+use crate::rollout::policy::{Normaliser, pack};
+use crate::rollout::worlds::{Place, generate_places};
+use crate::stop::StopRequest;
+
+/// Time between two checkpoints.
+const CHECKPOINT_PERIOD: Duration = Duration::from_secs(60);
+/// Environment steps between two rows of scalars.
+const LOG_STEPS: u64 = 5_000;
+/// Factor on the learning rates after a divergence.
+const ROLL_BACK_FACTOR: f32 = 0.3;
+
+/// How a call to [`Run::train`] ended.
+pub enum End {
+    /// The run has finished, and this is its policy.
+    Finished(Box<Policy>),
+    /// Somebody asked to stop; the state is saved. The program's exit code.
+    Interrupted(u8),
+}
+
+/// A trained low level.
+#[derive(Clone, Serialize, Deserialize)]
+struct LowResult {
+    actor: Weights,
+    normaliser: Normaliser,
+    score: LowScore,
+    env_steps: u64,
+    updates: u64,
+}
+
+/// What a checkpoint says besides the stage's own state.
+#[derive(Clone, Serialize, Deserialize)]
+struct Meta {
+    config_sha256: String,
+    low: Option<LowResult>,
+    seconds: f64,
+    rolled_back: bool,
+}
+
+/// A run under way.
+pub struct Run {
+    folder: RunFolder,
+    config: Config,
+    store: CheckpointStore,
+    log: ScalarLog,
+    stop: StopRequest,
+    meta: Meta,
+    checkpoint: Option<Checkpoint>,
+    begun: Instant,
+    saved: Instant,
+    logged_step: u64,
+}
+
+impl Run {
+    /// A run in a folder, from its newest checkpoint if there is one.
+    ///
+    /// # Errors
+    /// Checkpoints of another configuration, or files that cannot be made.
+    pub fn open(folder: RunFolder, stop: StopRequest) -> Result<Self> {
+        let config = folder.config()?;
+        let store = CheckpointStore::open(&folder.checkpoints()).context("cannot make the checkpoint folder")?;
+        let newest = store.load_newest_valid();
+        for error in &newest.skipped {
+            eprintln!("warning: {error}");
+        }
+        let config_sha256 = config.sha256();
+        let fresh = Meta { config_sha256: config_sha256.clone(), low: None, seconds: 0.0, rolled_back: false };
+        let meta = match &newest.checkpoint {
+            Some(checkpoint) => checkpoint.value::<Meta>("meta")?,
+            None => fresh,
+        };
+        if meta.config_sha256 != config_sha256 {
+            bail!(
+                "{} was changed after the run began: restore it, or start a new run with --config",
+                folder.path().join("config.toml").display()
+            );
+        }
+        let step = newest.checkpoint.as_ref().map_or(0, Checkpoint::step);
+        let log = ScalarLog::open(folder.path(), step)
+            .with_context(|| format!("cannot write logs into {}", folder.path().display()))?;
+        let now = Instant::now();
+        Ok(Self {
+            folder,
+            config,
+            store,
+            log,
+            stop,
+            meta,
+            checkpoint: newest.checkpoint,
+            begun: now,
+            saved: now,
+            logged_step: step,
+        })
+    }
+
+    /// Its configuration.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Takes over the low level of a finished run, so that only the high level is trained.
+    ///
+    /// # Errors
+    /// A run for another task.
+    pub fn use_low_level_of(&mut self, policy: &Policy) -> Result<()> {
+        let same = Task { decision: self.config.task.decision, ..policy.task } == self.config.task;
+        ensure!(same, "the low level was trained for another task (robot, lidar or episode) than this run's");
+        self.meta.low = Some(LowResult {
+            actor: policy.actor.clone(),
+            normaliser: policy.normaliser.clone(),
+            score: policy.gate.low,
+            env_steps: 0,
+            updates: 0,
+        });
+        Ok(())
+    }
+
+    /// The step it continues from; 0 for a new run.
+    pub fn resumed_step(&self) -> u64 {
+        self.checkpoint.as_ref().map_or(0, Checkpoint::step)
+    }
+
+    /// Trains to the end, or until somebody asks to stop.
+    ///
+    /// # Errors
+    /// A learner that diverged twice, or files that cannot be written at the end.
+    pub fn train(mut self) -> Result<End> {
+        let low = match self.meta.low.clone() {
+            Some(low) => low,
+            None => match self.train_low()? {
+                Ok(low) => low,
+                Err(code) => return Ok(End::Interrupted(code)),
+            },
+        };
+        self.meta.low = Some(low.clone());
+        if self.config.algorithm == Algorithm::Td3 {
+            return self.finish(low, None, 0, 0);
+        }
+        let places = self.places(&self.config.high.families.clone());
+        let acting = pack(&low.actor.network()?, Some(&low.normaliser), 1)?;
+        let mut stage = HighStage::new(&self.config, places, acting)?;
+        let first = low.env_steps;
+        match self.drive("high level", &mut stage, first, self.config.high.decisions)? {
+            Some(code) => Ok(End::Interrupted(code)),
+            None => {
+                let (env_steps, updates) = (stage.env_steps(), stage.learner().updates());
+                self.finish(low, Some(Weights::of(stage.learner().scorer())), env_steps, updates)
+            }
+        }
+    }
+
+    fn places(&self, families: &[nav_sim::families::Family]) -> Arc<Vec<Place>> {
+        let count = u64::from(self.config.worlds_per_family);
+        Arc::new(generate_places(families, Split::Train, count, self.config.task.robot.radius_m))
+    }
+
+    fn train_low(&mut self) -> Result<Result<LowResult, u8>> {
+        let places = self.places(&self.config.low.families.clone());
+        let mut stage = LowStage::new(&self.config, places)?;
+        if let Some(code) = self.drive("low level", &mut stage, 0, self.config.low.env_steps)? {
+            return Ok(Err(code));
+        }
+        let normaliser = stage.normaliser().cloned().context("the low level never left its warm-up")?;
+        let score = gate::score_low(&self.config, stage.learner().actor(), &normaliser)?;
+        eprintln!(
+            "   low level: reaches {:.1} % of {} random subgoals, collides in {:.1} %, spins {:.1} % of the time",
+            100.0 * score.reach,
+            score.attempts,
+            100.0 * score.collision,
+            100.0 * score.spin
+        );
+        Ok(Ok(LowResult {
+            actor: Weights::of(stage.learner().actor()),
+            normaliser,
+            score,
+            env_steps: stage.env_steps(),
+            updates: stage.learner().updates(),
+        }))
+    }
+
+    /// Rounds until the stage has finished (`None`) or somebody asks to stop (the exit code). Steps of the log
+    /// count from `first`.
+    fn drive(&mut self, name: &str, stage: &mut impl Stage, first: u64, total: u64) -> Result<Option<u8>> {
+        match self.checkpoint.take() {
+            Some(mut checkpoint) => stage.restore_from(&mut checkpoint)?,
+            // What the stage before has learned is kept from now on.
+            None if stage.can_save() => self.save(stage, first)?,
+            None => {}
+        }
+        let mut progress = Progress::new(name, total);
+        while !stage.is_finished() {
+            if let Err(error) = stage.round() {
+                self.roll_back(stage, &error)?;
+            }
+            let status = stage.status();
+            progress.update(status);
+            let step = first + status.steps;
+            if step >= self.logged_step + LOG_STEPS {
+                self.logged_step = step;
+                if let Err(error) = self.log.write(step, &stage.scalars()) {
+                    progress.note(&format!("warning: scalars were not written ({error}); training goes on"));
+                }
+            }
+            let stopping = self.stop.exit_code();
+            if stage.can_save() && (stopping.is_some() || self.saved.elapsed() > CHECKPOINT_PERIOD) {
+                if let Err(error) = self.save(stage, step) {
+                    progress.note(&format!("warning: {error:#}; training goes on"));
+                }
+            }
+            if let Some(code) = stopping {
+                progress.finish();
+                return Ok(Some(code));
+            }
+        }
+        progress.finish();
+        Ok(None)
+    }
+
+    fn save(&mut self, stage: &impl Stage, step: u64) -> Result<()> {
+        self.saved = Instant::now();
+        let meta = Meta { seconds: self.seconds(), ..self.meta.clone() };
+        let mut contents = Contents::new();
+        contents.value("meta", &meta)?;
+        stage.add_to(&mut contents)?;
+        self.store.save(step, &contents)?;
+        Ok(())
+    }
+
+    /// Goes back to the newest checkpoint with lower learning rates; once.
+    fn roll_back(&mut self, stage: &mut impl Stage, error: &anyhow::Error) -> Result<()> {
+        let checkpoint = self.store.load_newest_valid().checkpoint;
+        let usable = checkpoint.filter(|checkpoint| {
+            let meta = checkpoint.value::<Meta>("meta");
+            !self.meta.rolled_back && meta.is_ok_and(|meta| meta.low.is_some() == self.meta.low.is_some())
+        });
+        let Some(mut checkpoint) = usable else { bail!("{error:#}; the run is not exported") };
+        eprintln!(
+            "warning: {error:#}; going back to {} with learning rates times {ROLL_BACK_FACTOR}",
+            checkpoint.path().display()
+        );
+        stage.restore_from(&mut checkpoint)?;
+        stage.slow_down(ROLL_BACK_FACTOR);
+        self.meta.rolled_back = true;
+        Ok(())
+    }
+
+    fn seconds(&self) -> f64 {
+        self.meta.seconds + self.begun.elapsed().as_secs_f64()
+    }
+
+    /// Chooses the deviation margin, judges the run and writes its policy.
+    fn finish(self, low: LowResult, scorer: Option<Weights>, env_steps: u64, updates: u64) -> Result<End> {
+        eprintln!("  validation  driving {} unseen worlds a family", self.config.gate.worlds);
+        let places = gate::validation_places(&self.config);
+        let score = |task: &Task, scorer| {
+            gate::score_families(&self.config, task, (&low.actor, &low.normaliser), scorer, &places)
+        };
+        let flat = score(&self.config.task, None)?;
+        let (mut task, mut families) = (self.config.task, flat.clone());
+        if let Some(scorer) = &scorer {
+            let mut best = f32::NEG_INFINITY;
+            for &deviation_margin in &self.config.high.deviation_margins {
+                let mut candidate = self.config.task;
+                candidate.decision.deviation_margin = deviation_margin;
+                let scores = score(&candidate, Some(scorer))?;
+                if gate::merit(&scores) > best {
+                    best = gate::merit(&scores);
+                    (task, families) = (candidate, scores);
+                }
+            }
+        }
+        let missed = gate::missed(&self.config, &low.score, &families, scorer.is_some());
+        let policy = Policy {
+            config_toml: self.config.to_toml(),
+            commit: crate::commit::commit(),
+            task,
+            normaliser: low.normaliser.clone(),
+            actor: low.actor.clone(),
+            scorer,
+            gate: GateReport { low: low.score, families, flat, missed },
+            env_steps: low.env_steps + env_steps,
+            updates: low.updates + updates,
+            seconds: self.seconds(),
+        };
+        self.folder.save_policy(&policy)?;
+        Ok(End::Finished(Box::new(policy)))
+    }
+}

@@ -1,0 +1,140 @@
+//! The folder of a run, and the folder of runs.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `config.toml` | every field of the configuration |
+//! | `checkpoints/` | the newest training states |
+//! | `scalars.csv`, `events.*` | scalars over environment steps |
+//! | `policy.bin` | the trained policy; there once the run has finished |
+
+use anyhow::{Context, Result, bail};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::policy::Policy;
+use crate::atomic_file::write_atomically;
+use crate::checkpoint::{Checkpoint, Contents};
+use crate::config::{Config, Profile};
+
+/// Where runs are kept unless `--out` says otherwise.
+pub const RUNS_FOLDER: &str = "runs";
+const CONFIG: &str = "config.toml";
+const POLICY: &str = "policy.bin";
+
+/// The folder of one run.
+#[derive(Clone, Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+impl RunFolder {
+    /// Makes the folder of a new run and writes its configuration.
+    ///
+    /// # Errors
+    /// A folder that already holds a run, or cannot be written.
+    pub fn create(path: &Path, config: &Config) -> Result<Self> {
+        let folder = Self { path: path.to_path_buf() };
+        if folder.path.join(CONFIG).exists() {
+            bail!(
+                "{} already holds a run: continue it with --resume {0}, or choose another --out",
+                path.display()
+            );
+        }
+        std::fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))?;
+        let text = config.to_toml();
+        write_atomically(&folder.path.join(CONFIG), |file| std::io::Write::write_all(file, text.as_bytes()))
+            .with_context(|| format!("cannot write into {}", path.display()))?;
+        Ok(folder)
+    }
+
+    /// Opens the folder of an existing run.
+    ///
+    /// # Errors
+    /// A folder that holds no run.
+    pub fn open(path: &Path) -> Result<Self> {
+        if !path.join(CONFIG).is_file() {
+            bail!("{} holds no run (no {CONFIG}): give the folder that `trainer train` named", path.display());
+        }
+        Ok(Self { path: path.to_path_buf() })
+    }
+
+    /// The newest run below [`RUNS_FOLDER`] that `wanted` accepts.
+    ///
+    /// # Errors
+    /// None there.
+    pub fn newest(wanted: impl Fn(&Self) -> bool, what: &str) -> Result<Self> {
+        let entries = std::fs::read_dir(RUNS_FOLDER).into_iter().flatten().flatten();
+        let runs = entries.filter_map(|entry| Self::open(&entry.path()).ok()).filter(|run| wanted(run));
+        runs.max_by_key(Self::changed).with_context(|| {
+            format!("there is no {what} run in {RUNS_FOLDER}/: start one with `trainer train`, or name its folder")
+        })
+    }
+
+    fn changed(&self) -> SystemTime {
+        let time = |path: &Path| std::fs::metadata(path).and_then(|data| data.modified()).ok();
+        time(&self.policy_path()).or_else(|| time(&self.checkpoints())).unwrap_or(SystemTime::UNIX_EPOCH)
+    }
+
+    /// A name for the next run below [`RUNS_FOLDER`]: numbered, with what it trains.
+    pub fn next_path(config: &Config) -> PathBuf {
+        let entries = std::fs::read_dir(RUNS_FOLDER).into_iter().flatten().flatten();
+        let number = |name: &str| name.split('-').next().and_then(|number| number.parse::<u32>().ok());
+        let last = entries.filter_map(|entry| number(&entry.file_name().to_string_lossy())).max().unwrap_or(0);
+        let algorithm = format!("{:?}", config.algorithm).to_lowercase();
+        Path::new(RUNS_FOLDER)
+            .join(format!("{:04}-{algorithm}-{}-seed{}", last + 1, config.profile, config.seed))
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder of its checkpoints.
+    pub fn checkpoints(&self) -> PathBuf {
+        self.path.join("checkpoints")
+    }
+
+    fn policy_path(&self) -> PathBuf {
+        self.path.join(POLICY)
+    }
+
+    /// Whether the run has finished.
+    pub fn is_finished(&self) -> bool {
+        self.policy_path().is_file()
+    }
+
+    /// The configuration that the run was started with.
+    ///
+    /// # Errors
+    /// A configuration that was edited into nonsense, or is of another version.
+    pub fn config(&self) -> Result<Config> {
+        Config::read(&self.path.join(CONFIG), Profile::Quick)
+    }
+
+    /// Writes the trained policy.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn save_policy(&self, policy: &Policy) -> Result<()> {
+        let mut contents = Contents::new();
+        contents.value("policy", policy).context("the policy cannot be serialised")?;
+        let path = self.policy_path();
+        write_atomically(&path, |file| contents.write_to(policy.env_steps, file))
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// Reads the trained policy.
+    ///
+    /// # Errors
+    /// A run that has not finished, or a damaged file.
+    pub fn policy(&self) -> Result<Policy> {
+        if !self.is_finished() {
+            bail!(
+                "the run {} has not finished: continue it with `trainer train --resume {0}`",
+                self.path.display()
+            );
+        }
+        Ok(Checkpoint::load(&self.policy_path())?.value("policy")?)
+    }
+}
