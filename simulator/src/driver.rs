@@ -1,0 +1,177 @@
+//! The guard on the driver's side: what the base may be told, whatever the runtime does or no longer does.
+//!
+//! | command | what the base gets |
+//! |---|---|
+//! | fresh and finite | the command, within the limits of speed and acceleration |
+//! | not finite | a ramp to zero |
+//! | none for [`Driver::stale_after_ns`] | a ramp to zero, until commands come again |
+
+use nav_core::messages::CmdVel;
+use nav_core::task::Task;
+use nav_sim::simulation::Twist;
+
+/// A command this much older is stale, control periods...
+const STALE_PERIODS: u64 = 5;
+/// ...but not older than this, ns...
+const STALE_MAX_NS: u64 = 100_000_000;
+/// ...unless the period itself is long: one late command must not stop a slow robot, half periods.
+const STALE_MIN_HALF_PERIODS: u64 = 5;
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(crate) struct Driver {
+    task: Task,
+    stale_after_ns: u64,
+    command: CmdVel,
+    received_ns: u64,
+    last: Twist,
+    stale_steps: u64,
+}
+
+impl Driver {
+    /// At rest, without a command.
+    pub(crate) fn new(task: &Task) -> Self {
+        let period_ns = task.control_period_ns();
+        let stale_after_ns =
+            (STALE_PERIODS * period_ns).min(STALE_MAX_NS).max(STALE_MIN_HALF_PERIODS * period_ns / 2);
+        Self {
+            task: *task,
+            stale_after_ns,
+            command: CmdVel::default(),
+            received_ns: 0,
+            last: Twist::default(),
+            stale_steps: 0,
+        }
+    }
+
+    /// The age at which a command stops counting, ns.
+    #[cfg(test)]
+    pub(crate) fn stale_after_ns(&self) -> u64 {
+        self.stale_after_ns
+    }
+
+    /// Takes a command that arrived at `now_ns`; true when it is newer than the last one.
+    pub(crate) fn accept(&mut self, command: &CmdVel, now_ns: u64) -> bool {
+        let newer = command.header != self.command.header;
+        if newer {
+            self.command = *command;
+            self.received_ns = now_ns;
+        }
+        newer
+    }
+
+    /// What the base gets for the next period, at `now_ns` on the clock that [`Self::accept`] was told.
+    pub(crate) fn target(&mut self, now_ns: u64) -> Twist {
+        let fresh = self.command.header.is_received()
+            && now_ns.saturating_sub(self.received_ns) <= self.stale_after_ns;
+        self.stale_steps += u64::from(!fresh);
+        let CmdVel { linear_mps, angular_radps, .. } = self.command;
+        let finite = linear_mps.is_finite() && angular_radps.is_finite();
+        let wish = if fresh && finite { Twist { linear_mps, angular_radps } } else { Twist::default() };
+        self.ramp_towards(wish)
+    }
+
+    /// Speed limits, then acceleration limits. A command that keeps both passes unchanged.
+    fn ramp_towards(&mut self, wish: Twist) -> Twist {
+        let robot = &self.task.robot;
+        let wish = wish.limited(robot);
+        let towards = |last: f32, wish: f32, acceleration: f32| {
+            // A hair more than the runtime's own limit, so that rounding never cuts what it let pass.
+            let change = acceleration * self.task.control_period_s * 1.0001;
+            wish.clamp(last - change, last + change)
+        };
+        self.last = Twist {
+            linear_mps: towards(self.last.linear_mps, wish.linear_mps, robot.linear_acceleration_mps2),
+            angular_radps: towards(
+                self.last.angular_radps,
+                wish.angular_radps,
+                robot.angular_acceleration_radps2,
+            ),
+        };
+        self.last
+    }
+
+    /// A new episode: the robot stands, and commands meant for the last one do not count.
+    pub(crate) fn restart(&mut self) {
+        self.command = CmdVel { header: self.command.header, ..CmdVel::default() };
+        self.last = Twist::default();
+        self.stale_steps = 0;
+    }
+
+    /// Periods of this episode without a fresh command.
+    pub(crate) fn stale_steps(&self) -> u64 {
+        self.stale_steps
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nav_core::messages::Header;
+
+    fn command(seq: u64, linear_mps: f32) -> CmdVel {
+        CmdVel { header: Header { stamp_ns: 0, seq }, linear_mps, ..CmdVel::default() }
+    }
+
+    fn driving() -> Driver {
+        let mut driver = Driver::new(&Task::default());
+        for seq in 1..=10 {
+            driver.accept(&command(seq, 1.0), 0);
+            driver.target(0);
+        }
+        driver
+    }
+
+    #[test]
+    fn speed_and_acceleration_are_limited() {
+        let mut driver = Driver::new(&Task::default());
+        driver.accept(&command(1, 9.0), 0);
+        // 2 m/s² for 0.1 s.
+        assert!((driver.target(0).linear_mps - 0.2).abs() < 1e-3);
+        assert!((driving().target(0).linear_mps - 1.0).abs() < 1e-6, "never above the limit");
+    }
+
+    #[test]
+    fn a_stale_command_ramps_to_zero_and_a_new_one_drives_on() {
+        let mut driver = driving();
+        let late_ns = driver.stale_after_ns() + 1;
+        assert!(driver.target(late_ns - 1).linear_mps > 0.99, "still fresh");
+        let speeds: Vec<f32> = (0..8).map(|_| driver.target(late_ns).linear_mps).collect();
+        assert!(speeds[0] < 0.81 && speeds[0] > 0.7, "a ramp, not a jump: {speeds:?}");
+        assert!(speeds[6].abs() < 1e-6, "{speeds:?}");
+        assert_eq!(driver.stale_steps(), 8);
+        driver.accept(&command(10, 1.0), late_ns);
+        assert!(driver.target(late_ns).linear_mps.abs() < 1e-6, "the same command again is not new");
+        driver.accept(&command(11, 1.0), late_ns);
+        assert!(driver.target(late_ns).linear_mps > 0.1);
+    }
+
+    #[test]
+    fn a_command_that_is_not_finite_ramps_to_zero() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut driver = driving();
+            driver.accept(&command(11, bad), 0);
+            let next = driver.target(0);
+            assert!(next.linear_mps < 0.81 && next.linear_mps >= 0.0, "{bad}: {next:?}");
+        }
+        let mut turning = driving();
+        turning.accept(&CmdVel { angular_radps: f32::NAN, ..command(11, 1.0) }, 0);
+        assert!(turning.target(0).linear_mps < 0.81, "one bad number spoils the command");
+    }
+
+    #[test]
+    fn the_stale_age_follows_the_period() {
+        let with_period = |control_period_s: f32| {
+            Driver::new(&Task { control_period_s, ..Task::default() }).stale_after_ns() / 1_000_000
+        };
+        assert_eq!([0.01, 0.02, 0.05, 0.1].map(with_period), [50, 100, 125, 250]);
+    }
+
+    #[test]
+    fn a_restart_stands_still() {
+        let mut driver = driving();
+        driver.restart();
+        let first = driver.target(0);
+        assert!(first.linear_mps.abs() < 1e-6, "{first:?}");
+    }
+}

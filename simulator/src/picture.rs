@@ -1,0 +1,67 @@
+//! A picture of an episode: where the robot went, and which subgoals the runtime said it drove to.
+
+use anyhow::{Context, Result};
+use nav_core::geometry::Point;
+use nav_core::messages::{RunState, Status};
+use nav_core::task::Task;
+use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep, svg, write_picture};
+use nav_sim::simulation::Simulation;
+use std::path::Path;
+
+use crate::report::EpisodeReport;
+use crate::worlds::Place;
+
+/// Collects an episode, then draws it.
+#[derive(Debug)]
+pub(crate) struct Picture {
+    trace: EpisodeTrace,
+    last_subgoal: Option<(u32, u32, u32)>,
+}
+
+impl Picture {
+    /// Before the first step.
+    pub(crate) fn new(task: &Task, place: &Place) -> Self {
+        let trace = EpisodeTrace {
+            world: place.world.clone(),
+            robot_radius_m: task.robot.radius_m,
+            goal_radius_m: task.goal_radius_m,
+            title: place.world.name.clone(),
+            steps: Vec::new(),
+            decisions: Vec::new(),
+            outcome: String::new(),
+        };
+        Self { trace, last_subgoal: None }
+    }
+
+    /// Adds the present moment.
+    pub(crate) fn step(&mut self, simulation: &Simulation) {
+        let people = simulation.people().iter().map(|person| person.position).collect();
+        self.trace.steps.push(TraceStep { pose: simulation.pose(), people });
+    }
+
+    /// Adds a decision if the runtime says that it drives to another subgoal than before.
+    pub(crate) fn note(&mut self, status: &Status, goal_id: u32) {
+        let subgoal = (status.subgoal_action, status.subgoal_x_m.to_bits(), status.subgoal_y_m.to_bits());
+        let drives = status.goal_id == goal_id && status.state == RunState::Driving as u32;
+        if drives && self.last_subgoal != Some(subgoal) {
+            self.last_subgoal = Some(subgoal);
+            self.trace.decisions.push(Decision {
+                step: self.trace.steps.len().saturating_sub(1),
+                subgoal: Point::new(status.subgoal_x_m, status.subgoal_y_m),
+                action: status.subgoal_action,
+            });
+        }
+    }
+
+    /// Draws `<world>.svg` into a folder.
+    pub(crate) fn write(mut self, folder: &Path, report: &EpisodeReport) -> Result<()> {
+        self.trace.outcome = report.end_word().to_owned();
+        let name: String = report
+            .world
+            .chars()
+            .map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' })
+            .collect();
+        let path = folder.join(format!("{name}-{}.svg", report.seed));
+        write_picture(&path, &svg(&self.trace)).context("--draw")
+    }
+}

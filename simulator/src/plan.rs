@@ -1,0 +1,105 @@
+//! What will run, checked: paths read, names and numbers valid.
+
+use anyhow::{Context, Result, ensure};
+use nav_core::manifest::{MANIFEST_FILE, Manifest};
+use nav_core::task::Task;
+use nav_ipc::{IpcConfig, RobotName};
+use nav_sim::disturbance::Disturbance;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::cli::{Arguments, DisturbanceChoice, Pace, ViewChoice};
+use crate::worlds::WorldSource;
+
+/// See the module.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub(crate) source: WorldSource,
+    pub(crate) task: Task,
+    pub(crate) disturbance: Disturbance,
+    pub(crate) seed: u64,
+    pub(crate) episodes: u32,
+    pub(crate) pace: Pace,
+    pub(crate) robot: RobotName,
+    pub(crate) ipc: IpcConfig,
+    pub(crate) report: Option<PathBuf>,
+    pub(crate) with_poses: bool,
+    pub(crate) draw: Option<PathBuf>,
+    pub(crate) show_map: bool,
+    pub(crate) wait: Duration,
+    pub(crate) silence: Duration,
+}
+
+impl Plan {
+    /// Checks everything that can be wrong before anything is opened.
+    pub(crate) fn check(arguments: Arguments) -> Result<Self> {
+        let mut task = match &arguments.model {
+            Some(folder) => task_of(folder)?,
+            None => Task::default(),
+        };
+        let source = WorldSource::from_arguments(&arguments, &task)?;
+        // Some families need longer than the task gives everyone; counted in steps of 0.1 s.
+        let needed_s = source.episode_steps() as f32 * 0.1;
+        task.episode_steps = task.episode_steps.max((needed_s / task.control_period_s).round() as u32);
+        let seconds = |flag: &str, value: f64| {
+            Duration::try_from_secs_f64(value)
+                .ok()
+                .filter(|duration| !duration.is_zero())
+                .with_context(|| format!("{flag} must be a positive number of seconds"))
+        };
+        let silence = arguments.silence.unwrap_or(match arguments.pace {
+            Pace::Lockstep => 2.0,
+            Pace::Realtime => 10.0,
+        });
+        for (flag, path) in [("--report", &arguments.report), ("--draw", &arguments.draw)] {
+            if let Some(path) = path {
+                ensure_folder(flag, path, flag == "--draw")?;
+            }
+        }
+        let plan = Self {
+            source,
+            disturbance: match arguments.disturbance {
+                DisturbanceChoice::None => Disturbance::none(),
+                DisturbanceChoice::Trained => Disturbance::trained(),
+            },
+            task,
+            seed: arguments.seed,
+            episodes: arguments.episodes,
+            pace: arguments.pace,
+            robot: RobotName::new(&arguments.robot)?,
+            ipc: IpcConfig::from_option(arguments.ipc_root.as_deref())?,
+            report: arguments.report,
+            with_poses: arguments.poses,
+            draw: arguments.draw,
+            show_map: arguments.view == ViewChoice::Terminal,
+            wait: seconds("--wait", arguments.wait)?,
+            silence: seconds("--silence", silence)?,
+        };
+        // A world without a way to the goal is better known now than after the runtime has come.
+        plan.source.place(plan.seed, &plan.task)?;
+        Ok(plan)
+    }
+}
+
+/// The task that a model was trained for.
+fn task_of(folder: &Path) -> Result<Task> {
+    let path = folder.join(MANIFEST_FILE);
+    let text = std::fs::read_to_string(&path).with_context(|| {
+        format!("{} cannot be read: give --model a folder with a manifest", path.display())
+    })?;
+    let manifest: Manifest = serde_json::from_str(&text).with_context(|| {
+        format!("{} is no manifest of this version: export the model again", path.display())
+    })?;
+    manifest.validate().with_context(|| format!("{} cannot be used", path.display()))?;
+    Ok(manifest.task)
+}
+
+fn ensure_folder(flag: &str, path: &Path, is_folder: bool) -> Result<()> {
+    ensure!(!path.as_os_str().is_empty(), "{flag} needs a path");
+    let folder = if is_folder { Some(path) } else { path.parent().filter(|p| !p.as_os_str().is_empty()) };
+    match folder {
+        Some(folder) => std::fs::create_dir_all(folder)
+            .with_context(|| format!("{flag}: the folder {} cannot be made", folder.display())),
+        None => Ok(()),
+    }
+}

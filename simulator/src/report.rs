@@ -1,0 +1,208 @@
+//! What happened, for people and for programs.
+
+use anyhow::{Context, Result};
+use nav_core::geometry::Pose;
+use nav_core::metrics::{EpisodeEnd, EpisodeMetrics};
+use nav_core::task::Task;
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// How the run ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum RunEnd {
+    /// All episodes were driven.
+    Complete,
+    /// Ctrl-C.
+    Interrupted,
+}
+
+impl RunEnd {
+    /// 0, or 130 after Ctrl-C.
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Complete => ExitCode::SUCCESS,
+            Self::Interrupted => ExitCode::from(130),
+        }
+    }
+}
+
+/// An episode that ended.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct EpisodeReport {
+    /// Name of the world.
+    pub(crate) world: String,
+    /// Seed of world and disturbance.
+    pub(crate) seed: u64,
+    /// Id of the goal on the wire.
+    pub(crate) goal_id: u32,
+    /// How it went.
+    #[serde(flatten)]
+    pub(crate) metrics: EpisodeMetrics,
+    /// Periods without a fresh command, in which the driver's guard stopped the robot.
+    pub(crate) stale_steps: u64,
+    /// FNV-1a, 64 bits, over the bits of all true poses from the start on: equal for equal trajectories.
+    pub(crate) trajectory_hash: String,
+    /// True poses from the start on, `[x m, y m, yaw rad]`, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) poses: Option<Vec<[f32; 3]>>,
+}
+
+/// All episodes together.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Summary {
+    /// Episodes that ended.
+    pub(crate) episodes: usize,
+    /// Episodes asked for.
+    pub(crate) requested: u32,
+    /// Share that reached the goal.
+    pub(crate) success_rate: f64,
+    /// Share that collided.
+    pub(crate) collision_rate: f64,
+    /// Share that ran out of time.
+    pub(crate) timeout_rate: f64,
+    /// Mean duration of successes, s; 0 without any.
+    pub(crate) mean_time_s: f64,
+    /// Mean of success weighted by path length.
+    pub(crate) mean_spl: f64,
+    /// Smallest clearance of all, m; 0 without any episode.
+    pub(crate) clearance_min_m: f64,
+    /// Driven in all, m.
+    pub(crate) path_m: f64,
+    /// Real-time periods skipped because the simulator was late.
+    pub(crate) late_periods: u64,
+}
+
+/// The file.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Report<'a> {
+    /// Version of this program.
+    pub(crate) simulator_version: &'static str,
+    /// Name of the robot.
+    pub(crate) robot: &'a str,
+    /// `realtime` or `lockstep`.
+    pub(crate) pace: &'static str,
+    /// `complete`, `interrupted`, or the error that ended it.
+    pub(crate) ended: String,
+    /// What the robot was.
+    pub(crate) task: &'a Task,
+    /// All together.
+    pub(crate) summary: Summary,
+    /// One by one.
+    pub(crate) episodes: &'a [EpisodeReport],
+}
+
+/// Collects the poses of an episode.
+#[derive(Clone, Debug)]
+pub(crate) struct Trajectory {
+    hash: u64,
+    poses: Option<Vec<[f32; 3]>>,
+}
+
+impl Trajectory {
+    /// From the start pose on.
+    pub(crate) fn new(start: Pose, with_poses: bool) -> Self {
+        let mut trajectory = Self { hash: 0xcbf2_9ce4_8422_2325, poses: with_poses.then(Vec::new) };
+        trajectory.push(start);
+        trajectory
+    }
+
+    /// Adds a pose.
+    pub(crate) fn push(&mut self, pose: Pose) {
+        let numbers = [pose.x_m, pose.y_m, pose.yaw_rad];
+        for byte in numbers.iter().flat_map(|number| number.to_bits().to_le_bytes()) {
+            self.hash = (self.hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+        if let Some(poses) = &mut self.poses {
+            poses.push(numbers);
+        }
+    }
+
+    /// The hash in hexadecimal, and the poses if they were kept.
+    pub(crate) fn finish(self) -> (String, Option<Vec<[f32; 3]>>) {
+        (format!("{:016x}", self.hash), self.poses)
+    }
+}
+
+impl Summary {
+    /// Adds up.
+    pub(crate) fn of(episodes: &[EpisodeReport], requested: u32, late_periods: u64) -> Self {
+        let count = episodes.len().max(1) as f64;
+        let share = |end: EpisodeEnd| {
+            episodes.iter().filter(|episode| episode.metrics.end == end).count() as f64 / count
+        };
+        let successes: Vec<f64> = episodes
+            .iter()
+            .filter(|episode| episode.metrics.end == EpisodeEnd::Success)
+            .map(|episode| f64::from(episode.metrics.time_s))
+            .collect();
+        let all = |value: fn(&EpisodeMetrics) -> f32| {
+            episodes.iter().map(move |episode| f64::from(value(&episode.metrics)))
+        };
+        let clearance_min_m = all(|m| m.clearance_min_m).fold(f64::INFINITY, f64::min);
+        Self {
+            episodes: episodes.len(),
+            requested,
+            success_rate: share(EpisodeEnd::Success),
+            collision_rate: share(EpisodeEnd::Collision),
+            timeout_rate: share(EpisodeEnd::Timeout),
+            mean_time_s: successes.iter().sum::<f64>() / successes.len().max(1) as f64,
+            mean_spl: all(|m| m.spl).sum::<f64>() / count,
+            clearance_min_m: if clearance_min_m.is_finite() { clearance_min_m } else { 0.0 },
+            path_m: all(|m| m.path_m).sum(),
+            late_periods,
+        }
+    }
+
+    /// One line for people.
+    pub(crate) fn line(&self) -> String {
+        format!(
+            "{} of {} episodes: {:.1} % success, {:.1} % collision, {:.1} % timeout; {:.1} s and SPL {:.2} on average; {:.1} m driven",
+            self.episodes,
+            self.requested,
+            100.0 * self.success_rate,
+            100.0 * self.collision_rate,
+            100.0 * self.timeout_rate,
+            self.mean_time_s,
+            self.mean_spl,
+            self.path_m
+        )
+    }
+}
+
+impl EpisodeReport {
+    /// How it ended, in a word.
+    pub(crate) fn end_word(&self) -> &'static str {
+        match self.metrics.end {
+            EpisodeEnd::Success => "success",
+            EpisodeEnd::Collision => "collision",
+            EpisodeEnd::Timeout => "timeout",
+        }
+    }
+
+    /// One line for people.
+    pub(crate) fn line(&self) -> String {
+        let metrics = &self.metrics;
+        format!(
+            "{}  {:<9}  {:5.1} s  {:5.1} m driven, {:5.1} m shortest  clearance {:.2} m",
+            self.world,
+            self.end_word(),
+            metrics.time_s,
+            metrics.path_m,
+            metrics.geodesic_m,
+            metrics.clearance_min_m
+        )
+    }
+}
+
+impl Report<'_> {
+    /// Writes the file whole or not at all.
+    pub(crate) fn write(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).context("the report cannot be put into JSON")?;
+        let partial = path.with_extension("partial");
+        std::fs::write(&partial, text + "\n")
+            .and_then(|()| std::fs::rename(&partial, path))
+            .with_context(|| format!("--report: {} cannot be written", path.display()))
+    }
+}
