@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
-use crate::shell::{cargo, root, say};
+use crate::shell::{cargo, root, run_shown, say};
 use crate::{onnxruntime, programs};
 
 /// Runs the benches of the simulation and of the robot's networks.
@@ -19,18 +19,38 @@ pub(crate) fn run() -> Result<()> {
     let folder = root().join("out/bench");
     fs::create_dir_all(&folder).with_context(|| format!("could not create {}", folder.display()))?;
     let simulation = folder.join("nav-sim.txt");
-    say("environment steps a second (cargo bench of nav-sim)");
+    say("environment steps and worlds a second (cargo bench of nav-sim)");
     let mut bench = cargo();
-    bench.args(["bench", "--workspace", "--bench", "*", "--exclude", "trainer"]);
-    keep(&mut bench, "the benches", &simulation)?;
-    let networks = folder.join("runtime.txt");
+    bench.args(["bench", "--workspace", "--bench", "env", "--bench", "worlds"]);
+    keep(&mut bench, "the benches of nav-sim", &simulation)?;
+    let networks = folder.join("networks.txt");
     say("the shipped networks in three engines (runtime bench)");
-    let runtime = programs::build(&["runtime"])?.join("runtime");
-    let mut bench = Command::new(runtime);
-    bench.current_dir(root()).args(["bench", "--model", "models"]);
-    keep(&mut bench, "runtime bench", &networks)?;
-    say(&format!("results: {} and {}", simulation.display(), networks.display()));
+    let mut bench = cargo();
+    // Only this measurement has ONNX Runtime in the runtime; the robot's binary is built again below.
+    bench.args([
+        "build",
+        "--release",
+        "--workspace",
+        "--bin",
+        "runtime",
+        "--features",
+        "runtime/onnxruntime",
+    ]);
+    run_shown(&mut bench, "the build of runtime with ONNX Runtime")?;
+    let measured = run_runtime(&["bench", "--model", "models"], &networks);
+    programs::build(&["runtime"])?;
+    measured?;
+    let control_loop = folder.join("loop.txt");
+    say("the loop between two processes on two cores (runtime bench --loop)");
+    run_runtime(&["bench", "--model", "models", "--loop"], &control_loop)?;
+    say(&format!("results are in {}", folder.display()));
     Ok(())
+}
+
+fn run_runtime(args: &[&str], file: &Path) -> Result<()> {
+    let mut runtime = Command::new(programs::target_folder()?.join("runtime"));
+    runtime.current_dir(root()).args(args);
+    keep(&mut runtime, "runtime bench", file)
 }
 
 /// Runs a program, showing what it prints and keeping it in `file`.

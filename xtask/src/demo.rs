@@ -84,8 +84,11 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     say("4/4 compare: the same worlds in one process, with other policies beside");
     scores.extend(compare(options, &programs, &model, &out.join("evaluate"))?);
     print_table(&options.families, &scores, options.worlds);
-    say(&format!("pictures: {0}/FAMILY/ (two processes), {0}/evaluate/ (policies)", out.display()));
-    say(&format!("drive with it yourself: cargo runtime --model {}", model.display()));
+    let short = |path: &Path| path.strip_prefix(root()).unwrap_or(path).display().to_string();
+    say(&format!("pictures: {0}/FAMILY/ (two processes), {0}/evaluate/ (policies)", short(&out)));
+    say("drive with it yourself, in two terminals:");
+    say("  cargo simulator --world maze --view terminal --episodes 5");
+    say(&format!("  cargo runtime --model {}", short(&model)));
     let seconds = started.elapsed().as_secs();
     say(&format!("done in {} min {:02} s", seconds / 60, seconds % 60));
     Ok(())
@@ -127,7 +130,10 @@ fn compare(options: &Options, programs: &Path, model: &Path, out: &Path) -> Resu
         .map(|row| {
             let text = |name: &str| row[name].as_str().map(str::to_owned);
             let score = Score {
-                policy: text("policy").context("a summary names no policy")?,
+                policy: match text("policy").context("a summary names no policy")?.as_str() {
+                    "hybrid" => "hybrid, one process".to_owned(),
+                    rival => rival.to_owned(),
+                },
                 family: text("family").context("a summary names no family")?,
                 success: row["success"].as_f64().context("a summary has no success rate")?,
                 collision: row["collision"].as_f64().context("a summary has no collision rate")?,

@@ -42,7 +42,7 @@ pub(crate) fn become_program(name: &str, args: &[String]) -> Result<()> {
 }
 
 /// The folder of release builds, wherever the user keeps it.
-fn target_folder() -> Result<PathBuf> {
+pub(crate) fn target_folder() -> Result<PathBuf> {
     let mut metadata = cargo();
     metadata.args(["metadata", "--no-deps", "--format-version", "1", "--offline"]);
     let output = metadata.output().context("could not start cargo metadata")?;
