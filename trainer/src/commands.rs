@@ -36,6 +36,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     if folder.is_finished() {
         bail!("{} has already finished: `trainer export --run {0}` exports it", folder.path().display());
     }
+    let _lock = folder.lock()?;
     let mut run = Run::open(folder.clone(), stop)?;
     if let Some(low) = &args.low {
         run.use_low_level_of(&RunFolder::open(low)?.policy()?)?;
@@ -71,7 +72,10 @@ fn plan(args: &TrainArgs) -> Result<Config> {
     if let Some(profile) = args.profile
         && profile != config.profile
     {
-        bail!("--profile {profile} contradicts the profile in --config ({}): drop one of them", config.profile);
+        bail!(
+            "--profile {profile} contradicts the profile in --config ({}): drop one of them",
+            config.profile
+        );
     }
     if let Some(algorithm) = args.algorithm {
         config.algorithm = algorithm.policy();
@@ -81,7 +85,9 @@ fn plan(args: &TrainArgs) -> Result<Config> {
         }
     }
     if (args.algorithm == Some(AlgorithmArg::Dqn)) != args.low.is_some() {
-        bail!("--algorithm dqn and --low FOLDER go together: the folder of the finished run whose low level to use");
+        bail!(
+            "--algorithm dqn and --low FOLDER go together: the folder of the finished run whose low level to use"
+        );
     }
     if let Some(seed) = args.seed {
         config.seed = seed;
@@ -116,7 +122,11 @@ fn tell(policy: &Policy, folder: &Path) {
     if policy.gate.missed.is_empty() {
         let _ = writeln!(text, "\ngate passed; export it with: trainer export --run {}", folder.display());
     } else {
-        let _ = writeln!(text, "\ngate NOT passed, so that it cannot be exported: {}", policy.gate.missed.join("; "));
+        let _ = writeln!(
+            text,
+            "\ngate NOT passed, so that it cannot be exported: {}",
+            policy.gate.missed.join("; ")
+        );
         text.push_str("train longer (--profile full) or with another --seed\n");
     }
     print_out(&text);

@@ -149,8 +149,8 @@ pub struct GateConfig {
     pub low_reach: f32,
     /// Share of them that may end in a collision.
     pub low_collision: f32,
-    /// Share of steps that may be spin.
-    pub low_spin: f32,
+    /// Share of the whole policy's steps that may be spin.
+    pub spin: f32,
     /// Validation worlds a family.
     pub worlds: u32,
     /// Share of `clutter` worlds that must be solved.
@@ -168,13 +168,21 @@ impl Default for Config {
 impl Default for LowConfig {
     fn default() -> Self {
         Self {
-            families: vec![Family::Clutter, Family::Boxes, Family::Tight, Family::Rooms, Family::Maze, Family::UTrap, Family::Crowd],
+            families: vec![
+                Family::Clutter,
+                Family::Boxes,
+                Family::Tight,
+                Family::Rooms,
+                Family::Maze,
+                Family::UTrap,
+                Family::Crowd,
+            ],
             envs: 16,
-            env_steps: 200_000,
+            env_steps: 300_000,
             warmup_steps: 5_000,
             env_steps_per_update: 4,
             batch: 256,
-            replay_capacity: 200_000,
+            replay_capacity: 300_000,
             discount: 0.98,
             noise: [0.05, 0.5],
             goal_share: 0.3,
@@ -208,7 +216,7 @@ impl Default for HighConfig {
                 Family::Crowd,
             ],
             envs: 32,
-            decisions: 80_000,
+            decisions: 90_000,
             warmup_decisions: 3_000,
             decisions_per_update: 3,
             batch: 128,
@@ -233,7 +241,7 @@ impl Default for GateConfig {
         Self {
             low_reach: 0.9,
             low_collision: 0.05,
-            low_spin: 0.05,
+            spin: 0.05,
             worlds: 60,
             clutter_success: 0.9,
             u_trap_success: 0.8,
@@ -264,7 +272,7 @@ impl Config {
             config.high.dqn.hidden = vec![128, 128];
             config.gate.low_reach = 0.97;
             config.gate.low_collision = 0.02;
-            config.gate.low_spin = 0.03;
+            config.gate.spin = 0.03;
             config.gate.worlds = 100;
             config.gate.clutter_success = 0.95;
             config.gate.u_trap_success = 0.85;
@@ -334,7 +342,6 @@ impl Config {
         ensure!((0.0..1.0).contains(&high.discount), "high.discount must lie in [0, 1)");
         ensure!((0.0..=1.0).contains(&low.goal_share), "low.goal_share must lie in [0, 1]");
         ensure!((1..=10).contains(&high.n_step), "high.n_step must lie in [1, 10]");
-        ensure!(!high.dqn.layer_norm, "high.dqn.layer_norm must be false: the exported scorer has no such layer");
         ensure!(!high.deviation_margins.is_empty(), "high.deviation_margins must hold at least one margin");
         if low.reward == RewardProfile::Decomposed {
             ensure!(
@@ -379,7 +386,11 @@ mod tests {
     #[test]
     fn typos_and_nonsense_are_refused_by_name() {
         let message = |text| format!("{:#}", Config::parse(text, Profile::Quick).expect_err("refused"));
-        assert!(message("[low]\nenv = 3").contains("unknown field `low.env`"), "{}", message("[low]\nenv = 3"));
+        assert!(
+            message("[low]\nenv = 3").contains("unknown field `low.env`"),
+            "{}",
+            message("[low]\nenv = 3")
+        );
         assert!(message("[low]\nfamilies = ['hook']").contains("kept for testing"));
         assert!(message("[low.decomposed]\ncollided = 1.0").contains("crashing pays"));
         assert!(message("[task.robot]\nradius_m = -1.0").contains("task.robot.radius_m"));

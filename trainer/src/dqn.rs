@@ -34,9 +34,6 @@ pub struct DqnConfig {
     pub huber_delta: f32,
     /// Largest gradient norm; 0 means no limit.
     pub gradient_norm_max: f32,
-    /// Whether hidden layers are normalised. The executor of the robot has no such layer: keep it off for
-    /// networks that are exported.
-    pub layer_norm: bool,
 }
 
 impl Default for DqnConfig {
@@ -47,7 +44,6 @@ impl Default for DqnConfig {
             tau: 0.005,
             huber_delta: 1.0,
             gradient_norm_max: 10.0,
-            layer_norm: false,
         }
     }
 }
@@ -126,8 +122,7 @@ impl Dqn {
     pub fn new(candidates: Candidates, config: DqnConfig, seed: u64) -> Self {
         assert!((1..=32).contains(&candidates.count), "a mask has 32 bits");
         let mut rng = Rng::seed_from_u64(seed);
-        let mut shape = MlpShape::new(candidates.width, &config.hidden, 1, Activation::Identity);
-        shape.layer_norm = config.layer_norm;
+        let shape = MlpShape::new(candidates.width, &config.hidden, 1, Activation::Identity);
         let online = Mlp::new(shape, &mut rng);
         Self {
             target: online.twin(),
@@ -287,7 +282,7 @@ fn low_bits(count: usize) -> u32 {
     u32::MAX >> (32 - count)
 }
 
-/// Position of the largest value, the first of equals; a value that is not a number never wins, unless it is the first.
+/// Position of the largest value, the first of equals.
 fn argmax(values: &[f32]) -> Option<usize> {
     (0..values.len()).reduce(|best, index| if values[index] > values[best] { index } else { best })
 }

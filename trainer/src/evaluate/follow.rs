@@ -23,7 +23,13 @@ pub(super) struct Follower {
 
 impl Follower {
     pub(super) fn new(task: &Task) -> Self {
-        Self { navigator: Navigator::new(task), task: *task, guard: Guard::new(task), commands: 0, goal_id: None }
+        Self {
+            navigator: Navigator::new(task),
+            task: *task,
+            guard: Guard::new(task),
+            commands: 0,
+            goal_id: None,
+        }
     }
 
     /// Takes in a moment; whether a new episode begins.
@@ -38,7 +44,12 @@ impl Follower {
     }
 
     /// Drives towards a point of the `odom` frame.
-    pub(super) fn towards(&mut self, now_ns: u64, inputs: &Inputs<'_>, target: Point) -> (CmdVel, TickStatus) {
+    pub(super) fn towards(
+        &mut self,
+        now_ns: u64,
+        inputs: &Inputs<'_>,
+        target: Point,
+    ) -> (CmdVel, TickStatus) {
         let robot = &self.task.robot;
         let pose = self.navigator.pose();
         let bearing = wrap_angle(pose.bearing_to(target) - pose.yaw_rad);

@@ -92,7 +92,10 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
     report::write(&args.out.join("episodes.csv"), &report::csv(&rows))?;
     report::write(&args.out.join("summary.json"), &serde_json::to_string_pretty(&report)?)?;
     draw(args, &traces)?;
-    print_out(&format!("\ntable.txt, episodes.csv, summary.json and pictures are in {}\n", args.out.display()));
+    print_out(&format!(
+        "\ntable.txt, episodes.csv, summary.json and pictures are in {}\n",
+        args.out.display()
+    ));
     Ok(())
 }
 

@@ -93,7 +93,8 @@ impl Grid {
         let radius_m = task.robot.radius_m + 0.02;
         for row in 0..rows {
             for column in 0..columns {
-                let free_m = obstacles.distance_m(grid.center((column, row)), radius_m + COMFORT_M) - radius_m;
+                let free_m =
+                    obstacles.distance_m(grid.center((column, row)), radius_m + COMFORT_M) - radius_m;
                 // Up to five times as dear within the comfort distance.
                 let near = (1.0 - free_m / COMFORT_M).clamp(0.0, 1.0);
                 grid.cost.push(if free_m < 0.0 { 0 } else { 10 + (40.0 * near) as u32 });
@@ -156,7 +157,8 @@ mod tests {
         for seed in 0..5 {
             let world = generate(Family::Maze, Split::Validation, seed);
             let grid = Grid::new(&world, &Task::default());
-            let paths = [Search::AStar, Search::Dijkstra].map(|search| grid.path(search, world.start.position(), world.goal));
+            let paths = [Search::AStar, Search::Dijkstra]
+                .map(|search| grid.path(search, world.start.position(), world.goal));
             let length = |path: &[Point]| path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f32>();
             for path in &paths {
                 assert!((path[0] - world.start.position()).norm() < CELL_M);

@@ -42,9 +42,9 @@ impl Reactive {
                 navigator.scan().corridor_m(bearing.cos(), bearing.sin(), self.radius_m + 0.08, needed_m);
             let blocked = (needed_m - free_m) * 10.0;
             let away = wrap_angle(course - goal_course).abs();
-            let inertia = self.last_course_rad.map_or(0.0, |last| {
-                INERTIA_RAD * (wrap_angle(course - last).abs() / std::f32::consts::PI)
-            });
+            let inertia = self
+                .last_course_rad
+                .map_or(0.0, |last| INERTIA_RAD * (wrap_angle(course - last).abs() / std::f32::consts::PI));
             let cost = blocked + away + inertia;
             if cost < best.0 {
                 best = (cost, course);

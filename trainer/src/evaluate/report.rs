@@ -135,8 +135,19 @@ pub fn table(summaries: &[Summary]) -> String {
     let _ = writeln!(
         out,
         "{:<10} {:<10} {:>6} {:>8} {:>13} {:>9} {:>7} {:>7} {:>6} {:>7} {:>7} {:>6} {:>8}",
-        "policy", "family", "worlds", "success", "95 %", "collision", "timeout", "time s", "SPL", "clear m", "smooth",
-        "spin", "tick us"
+        "policy",
+        "family",
+        "worlds",
+        "success",
+        "95 %",
+        "collision",
+        "timeout",
+        "time s",
+        "SPL",
+        "clear m",
+        "smooth",
+        "spin",
+        "tick us"
     );
     for row in summaries {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
@@ -210,7 +221,8 @@ pub fn csv(rows: &[EpisodeRow]) -> String {
 /// A folder or file that cannot be written.
 pub fn write(path: &Path, text: &str) -> Result<()> {
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -13,7 +13,8 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
     let config = policy.config()?;
     let is_hybrid = policy.scorer.is_some();
     let mut text = String::new();
-    let kind = if is_hybrid { "a DQN that chooses subgoals above a TD3 that drives to them" } else { "a flat TD3" };
+    let kind =
+        if is_hybrid { "a DQN that chooses subgoals above a TD3 that drives to them" } else { "a flat TD3" };
     let families: Vec<_> =
         if is_hybrid { &config.high.families } else { &config.low.families }.iter().map(|f| f.id()).collect();
     let _ = write!(

@@ -41,7 +41,8 @@ pub(super) fn golden_pairs(policy: &Policy) -> Result<Golden> {
     let (task, disturbance) = (&policy.task, &config.disturbance);
     let mut actor = policy.actor.network()?;
     let mut acting = policy.low()?;
-    let mut robot = LowRobot::new(Arc::new(config.low.clone()), places.clone(), task, disturbance, config.seed);
+    let mut robot =
+        LowRobot::new(Arc::new(config.low.clone()), places.clone(), task, disturbance, config.seed);
     for step in 0..PAIRS * STRIDE {
         let observation = *robot.observation();
         if step % STRIDE == 0 {

@@ -15,8 +15,7 @@ use crate::train::policy::Policy;
 /// A text that is too long for its place.
 pub(super) fn manifest(policy: &Policy, td3: &str, dqn: Option<&str>, golden: &str) -> Result<Manifest> {
     let config = policy.config()?;
-    let families =
-        if policy.scorer.is_some() { &config.high.families } else { &config.low.families };
+    let families = if policy.scorer.is_some() { &config.high.families } else { &config.low.families };
     let mut training_families = Vec::new();
     for family in families {
         training_families.push(text(family.id())?).ok().context("too many training families")?;

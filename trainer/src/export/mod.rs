@@ -85,12 +85,20 @@ fn report(text: &mut String, file: &str, bytes: &[u8], verified: Verified) {
 }
 
 fn cases(pairs: &[GoldenPair], is_high: bool) -> Vec<Case> {
-    let case = |pair: &GoldenPair| Case { input: input_of(&pair.observation, is_high), answer: pair.answer.clone() };
+    let case =
+        |pair: &GoldenPair| Case { input: input_of(&pair.observation, is_high), answer: pair.answer.clone() };
     pairs.iter().map(case).collect()
 }
 
-fn write_folder(policy: &Policy, folder: &Path, td3: &[u8], dqn: Option<&[u8]>, golden: &Golden) -> Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+fn write_folder(
+    policy: &Policy,
+    folder: &Path,
+    td3: &[u8],
+    dqn: Option<&[u8]>,
+    golden: &Golden,
+) -> Result<()> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let golden = serde_json::to_vec(golden)?;
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.join(name);

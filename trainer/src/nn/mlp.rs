@@ -1,4 +1,4 @@
-//! A multi-layer perceptron with a hand-written backward pass.
+//! A multi-layer perceptron: shape, parameters and forward pass; the file `backward` has the derivatives.
 //!
 //! Hidden layer: `relu(norm(W x + b))`, where `norm` is layer normalisation or nothing. Output layer:
 //! `output(W x + b)`. The rectifier's derivative at zero is zero.
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use tch::Tensor;
 
 use super::buffer::Buffer;
-use super::tape::{Tape, TapeLayer};
+use super::tape::Tape;
 use super::{Rng, kernels, layer_norm};
 
 /// Blocks of the flat buffer start at multiples of this many values (64 bytes), so that the kernels of the
@@ -65,33 +65,25 @@ pub struct Dense<'a> {
 
 /// Where one layer lives in the flat buffers, and views of it.
 #[derive(Debug)]
-struct Layer {
-    inputs: usize,
-    outputs: usize,
-    weight: Range<usize>,
-    bias: Range<usize>,
-    norm: Option<(Range<usize>, Range<usize>)>,
-    weight_view: Tensor,
-    weight_view_transposed: Tensor,
-    weight_gradient_view: Tensor,
+pub(super) struct Layer {
+    pub(super) inputs: usize,
+    pub(super) outputs: usize,
+    pub(super) weight: Range<usize>,
+    pub(super) bias: Range<usize>,
+    pub(super) norm: Option<(Range<usize>, Range<usize>)>,
+    pub(super) weight_view: Tensor,
+    pub(super) weight_view_transposed: Tensor,
+    pub(super) weight_gradient_view: Tensor,
 }
 
 /// A network, its gradients, and the activations of its last forward pass.
 #[derive(Debug)]
 pub struct Mlp {
-    shape: MlpShape,
-    layers: Vec<Layer>,
-    parameters: Buffer,
-    gradients: Buffer,
-    tape: Tape,
-}
-
-/// How far a backward pass goes.
-#[derive(Clone)]
-enum Reach {
-    Parameters,
-    ParametersAndInput,
-    InputColumns(Range<usize>),
+    pub(super) shape: MlpShape,
+    pub(super) layers: Vec<Layer>,
+    pub(super) parameters: Buffer,
+    pub(super) gradients: Buffer,
+    pub(super) tape: Tape,
 }
 
 impl Mlp {
@@ -277,102 +269,5 @@ impl Mlp {
     pub fn output(&self) -> &[f32] {
         let last = &self.tape.layers[self.layers.len() - 1].activation;
         &last.as_slice()[..self.tape.rows * last.columns()]
-    }
-
-    /// Adds the derivative of the loss by every parameter to the gradients, given that by the output of the
-    /// last forward pass, `[rows, outputs]`.
-    ///
-    /// # Panics
-    /// When there was no forward pass or `output_gradient` has another size.
-    pub fn backward(&mut self, output_gradient: &[f32]) {
-        self.propagate(output_gradient, &Reach::Parameters);
-    }
-
-    /// As [`Mlp::backward`], and returns the derivative by the input, `[rows, inputs]`.
-    pub fn backward_to_input(&mut self, output_gradient: &[f32]) -> &[f32] {
-        self.propagate(output_gradient, &Reach::ParametersAndInput);
-        &self.tape.input_gradient.as_slice()[..self.tape.rows * self.shape.sizes[0]]
-    }
-
-    /// Derivative by some input columns only, `[rows, columns]`; the parameter gradients stay as they are.
-    pub fn input_gradient(&mut self, output_gradient: &[f32], columns: Range<usize>) -> &[f32] {
-        let count = self.tape.rows * columns.len();
-        self.propagate(output_gradient, &Reach::InputColumns(columns));
-        &self.tape.input_gradient.as_slice()[..count]
-    }
-
-    fn propagate(&mut self, output_gradient: &[f32], reach: &Reach) {
-        let rows = self.tape.rows;
-        let x = self.tape.input.as_ref().expect("a backward pass follows a forward pass");
-        assert_eq!(output_gradient.len(), rows * self.outputs(), "one gradient an output");
-        let parameters = self.parameters.as_slice();
-        let last = self.layers.len() - 1;
-        let with_parameters = !matches!(reach, Reach::InputColumns(_));
-        start_gradient(&mut self.tape.layers[last], output_gradient, self.shape.output);
-        for index in (0..=last).rev() {
-            let (before, rest) = self.tape.layers.split_at_mut(index);
-            let (layer, tape) = (&self.layers[index], &mut rest[0]);
-            let gradients = self.gradients.as_mut_slice();
-            if index < last {
-                hidden_gradient(tape, layer, rows, parameters, gradients, with_parameters);
-            }
-            if with_parameters {
-                let flat = &tape.gradient.as_slice()[..rows * layer.outputs];
-                kernels::add_column_sums(&mut gradients[layer.bias.clone()], flat);
-                let input = before.last().map_or(x, |tape| &tape.activation_view);
-                let sum = &layer.weight_gradient_view;
-                let _ = sum.addmm_out(sum, &tape.gradient_view_transposed, input);
-            }
-            if let Some(below) = before.last() {
-                let _ = tape.gradient_view.mm_out(&below.gradient_view, &layer.weight_view);
-            }
-        }
-        let (columns, weight) = match reach {
-            Reach::Parameters => return,
-            Reach::ParametersAndInput => (self.shape.sizes[0], self.layers[0].weight_view.shallow_clone()),
-            Reach::InputColumns(range) => {
-                let (start, length) = (range.start as i64, range.len() as i64);
-                (range.len(), self.layers[0].weight_view.narrow(1, start, length))
-            }
-        };
-        let out = self.tape.input_gradient.matrix_at(0, rows, columns);
-        let _ = self.tape.layers[0].gradient_view.mm_out(&out, &weight);
-    }
-}
-
-/// Derivative of the output activation.
-fn start_gradient(tape: &mut TapeLayer, output_gradient: &[f32], output: Activation) {
-    let gradient = &mut tape.gradient.as_mut_slice()[..output_gradient.len()];
-    gradient.copy_from_slice(output_gradient);
-    if output == Activation::Tanh {
-        for (gradient, y) in gradient.iter_mut().zip(tape.activation.as_slice()) {
-            *gradient *= 1.0 - y * y;
-        }
-    }
-}
-
-/// Turns the derivative by a hidden activation into that by its matrix product, in place.
-fn hidden_gradient(
-    tape: &mut TapeLayer,
-    layer: &Layer,
-    rows: usize,
-    parameters: &[f32],
-    gradients: &mut [f32],
-    with_parameters: bool,
-) {
-    let count = rows * layer.outputs;
-    let gradient = &mut tape.gradient.as_mut_slice()[..count];
-    kernels::relu_backward(gradient, &tape.activation.as_slice()[..count]);
-    if let (Some((scale, shift)), Some((normal, inverse))) = (&layer.norm, &tape.normal) {
-        let normal = &normal.as_slice()[..count];
-        let weights = &parameters[scale.clone()];
-        if with_parameters {
-            let (scales, shifts) = gradients.split_at_mut(shift.start);
-            let (scales, shifts) = (&mut scales[scale.clone()], &mut shifts[..shift.len()]);
-            layer_norm::backward(gradient, normal, &inverse[..rows], weights, scales, shifts);
-        } else {
-            let (mut scales, mut shifts) = (vec![0.0; layer.outputs], vec![0.0; layer.outputs]);
-            layer_norm::backward(gradient, normal, &inverse[..rows], weights, &mut scales, &mut shifts);
-        }
     }
 }

@@ -8,7 +8,8 @@
 //! | file | holds |
 //! |---|---|
 //! | [`buffer`] | a matrix that is both a tensor and a slice |
-//! | [`mlp`] | the network: shape, forward, hand-written backward |
+//! | [`mlp`] | the network: shape, parameters, forward |
+//! | `backward` | its hand-written derivatives |
 //! | [`layer_norm`] | layer normalisation of a row and its derivative |
 //! | [`adam`] | the optimiser |
 //! | [`flat`] | Polyak averaging and gradient norms over flat slices |
@@ -17,6 +18,7 @@
 //! process, is never used.
 
 pub mod adam;
+mod backward;
 pub mod buffer;
 pub mod flat;
 pub(crate) mod kernels;

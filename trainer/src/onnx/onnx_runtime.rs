@@ -60,15 +60,16 @@ fn refused<T>(error: ort::Error<T>) -> VerifyError {
 /// The process's environment: the library is loaded at most once, and never unloaded.
 fn environment() -> Result<&'static Environment, VerifyError> {
     static ENVIRONMENT: OnceLock<Result<Environment, String>> = OnceLock::new();
-    let environment = ENVIRONMENT.get_or_init(|| {
-        let path = library();
-        if !path.exists() {
-            return Err(format!("{} does not exist", path.display()));
-        }
-        let builder = ort::init_from(&path).map_err(|error| error.to_string())?;
-        builder.with_telemetry(false).build().map_err(|error| error.to_string())
-    });
+    let environment = ENVIRONMENT.get_or_init(|| open(&library()));
     environment.as_ref().map_err(|problem| VerifyError::NoOnnxRuntime { problem: problem.clone() })
+}
+
+fn open(library: &Path) -> Result<Environment, String> {
+    if !library.exists() {
+        return Err(format!("there is no {}", library.display()));
+    }
+    let builder = ort::init_from(library).map_err(|error| error.to_string())?;
+    builder.with_telemetry(false).build().map_err(|error| error.to_string())
 }
 
 /// The library the user names, else the one of the checkout this program lies in, else that of the current
@@ -80,4 +81,21 @@ fn library() -> PathBuf {
     let program = std::env::current_exe().unwrap_or_default();
     let beside = program.ancestors().map(|folder| folder.join(LIBRARY)).find(|path| path.exists());
     beside.unwrap_or_else(|| Path::new(LIBRARY).to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_library_is_one_sentence_that_says_what_to_do() {
+        let Err(problem) = open(Path::new("/nowhere/libonnxruntime.so")) else {
+            panic!("there is no such file")
+        };
+        assert_eq!(
+            VerifyError::NoOnnxRuntime { problem }.to_string(),
+            "ONNX Runtime cannot be loaded (there is no /nowhere/libonnxruntime.so): run `cargo xtask onnxruntime` \
+             once, or set ORT_DYLIB_PATH"
+        );
+    }
 }

@@ -133,7 +133,8 @@ impl LowRobot {
 
     fn choose_target(&mut self) {
         self.target_steps = 0;
-        let random = (self.rng.random::<f32>() >= self.config.goal_share).then(|| self.random_subgoal()).flatten();
+        let random =
+            (self.rng.random::<f32>() >= self.config.goal_share).then(|| self.random_subgoal()).flatten();
         self.target_is_goal = random.is_none();
         self.target = random.unwrap_or_else(|| self.episode.navigator().goal());
         self.target_radius_m = self.episode.simulation().task().goal_radius_m;
@@ -147,8 +148,9 @@ impl LowRobot {
         let [least_m, most_m] = self.config.subgoal_m;
         for _ in 0..10 {
             let bearing = self.rng.random_range(-std::f32::consts::PI..std::f32::consts::PI);
-            let free_m = navigator.scan().corridor_m(bearing.cos(), bearing.sin(), radius_m + 0.02, most_m + 0.5)
-                - SUBGOAL_MARGIN_M;
+            let free_m =
+                navigator.scan().corridor_m(bearing.cos(), bearing.sin(), radius_m + 0.02, most_m + 0.5)
+                    - SUBGOAL_MARGIN_M;
             if free_m > least_m {
                 let distance_m = self.rng.random_range(least_m..=free_m.min(most_m));
                 let local = Point::new(distance_m * bearing.cos(), distance_m * bearing.sin());

@@ -84,7 +84,8 @@ fn with_spec<T>(
     rows: usize,
     use_spec: impl FnOnce(&nav_core::network::NetworkSpec<'_>) -> Result<T, NetworkError>,
 ) -> Result<T, NetworkError> {
-    let layers: Vec<_> = mlp.layers().map(|dense| Layer { weights: dense.weight, bias: dense.bias }).collect();
+    let layers: Vec<_> =
+        mlp.layers().map(|dense| Layer { weights: dense.weight, bias: dense.bias }).collect();
     let output = match mlp.shape().output {
         Activation::Identity => Act::Identity,
         Activation::Tanh => Act::Tanh,

@@ -20,7 +20,8 @@ pub struct Place {
 
 /// Generates worlds `0..count` of each family on two threads.
 pub fn generate_places(families: &[Family], split: Split, count: u64, robot_radius_m: f32) -> Vec<Place> {
-    let wanted: Vec<_> = families.iter().flat_map(|&family| (0..count).map(move |seed| (family, seed))).collect();
+    let wanted: Vec<_> =
+        families.iter().flat_map(|&family| (0..count).map(move |seed| (family, seed))).collect();
     let make = |&(family, seed): &(Family, u64)| {
         let (world, field) = generate_with_field(family, split, seed);
         let fits = (robot_radius_m - DESIGN_RADIUS_M).abs() < 1e-6;

@@ -15,8 +15,8 @@ use crate::nn::Mlp;
 use crate::rollout::low::{Attempt, LowRobot};
 use crate::rollout::policy::{Normaliser, pack};
 use crate::rollout::worlds::{Place, generate_places};
-use crate::train::policy::Weights;
 use crate::seeds::derive;
+use crate::train::policy::Weights;
 
 /// Attempts at subgoals that the low level is judged by.
 const LOW_ATTEMPTS: usize = 600;
@@ -131,7 +131,8 @@ pub fn score_families(
 ) -> Result<Vec<FamilyScore>> {
     let controller = || -> Result<_> {
         let low = pack(&actor.network()?, Some(normaliser), 1)?;
-        let high = scorer.map(|scorer| anyhow::Ok(pack(&scorer.network()?, None, ACTION_COUNT)?)).transpose()?;
+        let high =
+            scorer.map(|scorer| anyhow::Ok(pack(&scorer.network()?, None, ACTION_COUNT)?)).transpose()?;
         Ok(Controller::new(task, high, low)?)
     };
     // Built once here so that an error shows before threads start.
@@ -181,21 +182,34 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
     let mut at_least = |what: &str, value: f32, least: f32| {
         // Written so that NaN misses.
         if !(value >= least) {
-            missed.push(format!("{what} is {:.1} %, at least {:.1} % is needed", 100.0 * value, 100.0 * least));
+            missed.push(format!(
+                "{what} is {:.1} %, at least {:.1} % is needed",
+                100.0 * value,
+                100.0 * least
+            ));
         }
     };
-    let of = |family: Family| families.iter().find(|score| score.family == family).map_or(f32::NAN, |s| s.success);
+    let of =
+        |family: Family| families.iter().find(|score| score.family == family).map_or(f32::NAN, |s| s.success);
     at_least("success in clutter", of(Family::Clutter), gate.clutter_success);
     if is_hybrid {
         at_least("success in u_trap", of(Family::UTrap), gate.u_trap_success);
         at_least("the low level's reach", low.reach, gate.low_reach);
     }
-    for (what, value, most) in [
-        ("the low level's collision rate", low.collision, gate.low_collision),
-        ("the low level's spin", low.spin, gate.low_spin),
-    ] {
-        if is_hybrid && !(value <= most) {
-            missed.push(format!("{what} is {:.1} %, at most {:.1} % is allowed", 100.0 * value, 100.0 * most));
+    // Turning towards a random subgoal behind is no fault, so that spin is judged where the policy drives.
+    let spin = families.iter().map(|score| score.spin).sum::<f32>() / families.len().max(1) as f32;
+    let mut limits = vec![("spin on validation worlds", spin, gate.spin)];
+    if is_hybrid {
+        limits.push(("the low level's collision rate", low.collision, gate.low_collision));
+    }
+    for (what, value, most) in limits {
+        // Written so that NaN misses.
+        if !(value <= most) {
+            missed.push(format!(
+                "{what} is {:.1} %, at most {:.1} % is allowed",
+                100.0 * value,
+                100.0 * most
+            ));
         }
     }
     missed

@@ -129,7 +129,8 @@ impl HighStage {
         self.learner.set_learning_rate(rate * self.rate_factor);
         let due = self.decisions.saturating_sub(self.config.warmup_decisions)
             / u64::from(self.config.decisions_per_update);
-        let Self { config, robots, explorers, acting, low, learner, batch, replay, sampler, losses, .. } = self;
+        let Self { config, robots, explorers, acting, low, learner, batch, replay, sampler, losses, .. } =
+            self;
         let harvest = std::thread::scope(|scope| {
             let driving = scope.spawn(|| drive_round(config, robots, explorers, acting, low, epsilon));
             while learner.updates() < due {

@@ -67,11 +67,16 @@ impl LowStage {
         Ok(Self {
             acting: pack(learner.actor(), Some(&Normaliser::identity()), 1)?,
             learner,
-            replay: ReplayBuffer::new(low.replay_capacity, Transition::row_length(LOW_OBSERVATION, LOW_ACTION)),
+            replay: ReplayBuffer::new(
+                low.replay_capacity,
+                Transition::row_length(LOW_OBSERVATION, LOW_ACTION),
+            ),
             warmup: Vec::new(),
             normaliser: None,
             robots,
-            noise: (0..low.envs as u64).map(|robot| Rng::seed_from_u64(derive(config.seed, 2_000 + robot))).collect(),
+            noise: (0..low.envs as u64)
+                .map(|robot| Rng::seed_from_u64(derive(config.seed, 2_000 + robot)))
+                .collect(),
             sampler: Rng::seed_from_u64(derive(config.seed, 2)),
             batch: Batch::new(low.batch, LOW_OBSERVATION, LOW_ACTION),
             env_steps: 0,
@@ -133,7 +138,8 @@ impl LowStage {
     }
 
     fn learn(&mut self) -> Result<()> {
-        let due = self.env_steps.saturating_sub(self.config.warmup_steps) / u64::from(self.config.env_steps_per_update);
+        let due = self.env_steps.saturating_sub(self.config.warmup_steps)
+            / u64::from(self.config.env_steps_per_update);
         if self.learner.updates() >= due {
             return Ok(());
         }

@@ -76,13 +76,15 @@ impl Run {
     /// Checkpoints of another configuration, or files that cannot be made.
     pub fn open(folder: RunFolder, stop: StopRequest) -> Result<Self> {
         let config = folder.config()?;
-        let store = CheckpointStore::open(&folder.checkpoints()).context("cannot make the checkpoint folder")?;
+        let store =
+            CheckpointStore::open(&folder.checkpoints()).context("cannot make the checkpoint folder")?;
         let newest = store.load_newest_valid();
         for error in &newest.skipped {
             eprintln!("warning: {error}");
         }
         let config_sha256 = config.sha256();
-        let fresh = Meta { config_sha256: config_sha256.clone(), low: None, seconds: 0.0, rolled_back: false };
+        let fresh =
+            Meta { config_sha256: config_sha256.clone(), low: None, seconds: 0.0, rolled_back: false };
         let meta = match &newest.checkpoint {
             Some(checkpoint) => checkpoint.value::<Meta>("meta")?,
             None => fresh,

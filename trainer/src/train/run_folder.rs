@@ -5,9 +5,11 @@
 //! | `config.toml` | every field of the configuration |
 //! | `checkpoints/` | the newest training states |
 //! | `scalars.csv`, `events.*` | scalars over environment steps |
+//! | `lock` | nothing; held by the process that trains |
 //! | `policy.bin` | the trained policy; there once the run has finished |
 
 use anyhow::{Context, Result, bail};
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -40,7 +42,8 @@ impl RunFolder {
                 path.display()
             );
         }
-        std::fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))?;
+        std::fs::create_dir_all(path)
+            .with_context(|| format!("cannot make the folder {}", path.display()))?;
         let text = config.to_toml();
         write_atomically(&folder.path.join(CONFIG), |file| std::io::Write::write_all(file, text.as_bytes()))
             .with_context(|| format!("cannot write into {}", path.display()))?;
@@ -53,7 +56,10 @@ impl RunFolder {
     /// A folder that holds no run.
     pub fn open(path: &Path) -> Result<Self> {
         if !path.join(CONFIG).is_file() {
-            bail!("{} holds no run (no {CONFIG}): give the folder that `trainer train` named", path.display());
+            bail!(
+                "{} holds no run (no {CONFIG}): give the folder that `trainer train` named",
+                path.display()
+            );
         }
         Ok(Self { path: path.to_path_buf() })
     }
@@ -66,7 +72,9 @@ impl RunFolder {
         let entries = std::fs::read_dir(RUNS_FOLDER).into_iter().flatten().flatten();
         let runs = entries.filter_map(|entry| Self::open(&entry.path()).ok()).filter(|run| wanted(run));
         runs.max_by_key(Self::changed).with_context(|| {
-            format!("there is no {what} run in {RUNS_FOLDER}/: start one with `trainer train`, or name its folder")
+            format!(
+                "there is no {what} run in {RUNS_FOLDER}/: start one with `trainer train`, or name its folder"
+            )
         })
     }
 
@@ -79,10 +87,15 @@ impl RunFolder {
     pub fn next_path(config: &Config) -> PathBuf {
         let entries = std::fs::read_dir(RUNS_FOLDER).into_iter().flatten().flatten();
         let number = |name: &str| name.split('-').next().and_then(|number| number.parse::<u32>().ok());
-        let last = entries.filter_map(|entry| number(&entry.file_name().to_string_lossy())).max().unwrap_or(0);
+        let last =
+            entries.filter_map(|entry| number(&entry.file_name().to_string_lossy())).max().unwrap_or(0);
         let algorithm = format!("{:?}", config.algorithm).to_lowercase();
-        Path::new(RUNS_FOLDER)
-            .join(format!("{:04}-{algorithm}-{}-seed{}", last + 1, config.profile, config.seed))
+        Path::new(RUNS_FOLDER).join(format!(
+            "{:04}-{algorithm}-{}-seed{}",
+            last + 1,
+            config.profile,
+            config.seed
+        ))
     }
 
     /// The folder itself.
@@ -102,6 +115,25 @@ impl RunFolder {
     /// Whether the run has finished.
     pub fn is_finished(&self) -> bool {
         self.policy_path().is_file()
+    }
+
+    /// Keeps every other process from training in this folder for as long as the result lives.
+    ///
+    /// # Errors
+    /// Another process that trains here.
+    pub fn lock(&self) -> Result<File> {
+        let path = self.path.join("lock");
+        let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        match file.try_lock() {
+            Ok(()) => Ok(file),
+            Err(TryLockError::WouldBlock) => bail!(
+                "another process is training in {}: wait for it, stop it, or choose another --out",
+                self.path.display()
+            ),
+            Err(TryLockError::Error(error)) => {
+                Err(error).with_context(|| format!("cannot lock {}", path.display()))
+            }
+        }
     }
 
     /// The configuration that the run was started with.

@@ -38,7 +38,8 @@ impl Window {
     }
 
     fn share(&self, counts: impl Fn(&(bool, bool)) -> bool) -> f32 {
-        self.attempts.iter().filter(|attempt| counts(attempt)).count() as f32 / self.attempts.len().max(1) as f32
+        self.attempts.iter().filter(|attempt| counts(attempt)).count() as f32
+            / self.attempts.len().max(1) as f32
     }
 
     /// Attempts ever added.

@@ -1,0 +1,194 @@
+//! The tick as a whole, with small fixed networks.
+
+use nav_core::controller::{Controller, Inputs};
+use nav_core::geometry::Pose;
+use nav_core::messages::{Goal, Header, LaserScan, MAX_BEAMS, Odometry, RunState, fault};
+use nav_core::network::{Activation, CpuLevel, Layer, MlpSpec, MlpWeights, Network};
+use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION};
+use nav_core::task::{ACTION_COUNT, ACTION_GOAL, Task};
+
+const PERIOD_NS: u64 = 100_000_000;
+
+/// One layer of weights that follow from `seed`; `bad` puts a NaN among them.
+fn network(inputs: usize, outputs: usize, rows: usize, seed: u32, bad: bool) -> Network<Vec<f32>> {
+    let mut state = seed;
+    let mut weights: Vec<f32> = (0..inputs * outputs)
+        .map(|_| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32 - 0.5
+        })
+        .collect();
+    if bad {
+        weights[0] = f32::NAN;
+    }
+    let bias = vec![0.1; outputs];
+    let layers = [Layer { weights: &weights, bias: &bias }];
+    let mlp = MlpSpec::new(&[inputs, outputs]).expect("two sizes").output(Activation::Tanh).rows(rows);
+    let spec = mlp.spec(&MlpWeights::new(&layers)).expect("fits");
+    let level = CpuLevel::detect();
+    Network::new(&spec, vec![0.0; spec.memory_len(level)], level).expect("fits")
+}
+
+fn controller(task: &Task) -> Controller<Vec<f32>> {
+    let high = network(CANDIDATE_FEATURES, 1, ACTION_COUNT, 1, false);
+    Controller::new(task, Some(high), network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false)).expect("shapes fit")
+}
+
+/// Messages of step `seq`, along a made-up drive; the goal has id `goal_id`.
+fn messages(task: &Task, seq: u64, goal_id: u32) -> (LaserScan, Odometry, Goal) {
+    let header = Header { stamp_ns: seq * PERIOD_NS, seq };
+    let mut scan = LaserScan {
+        header,
+        angle_min_rad: task.lidar.angle_min_rad(),
+        angle_increment_rad: task.lidar.angle_increment_rad(),
+        range_min_m: task.lidar.range_min_m,
+        range_max_m: task.lidar.range_max_m,
+        beam_count: task.lidar.beam_count,
+        ..LaserScan::default()
+    };
+    for (beam, range_m) in scan.ranges_m.iter_mut().enumerate() {
+        *range_m = 1.0 + ((beam as u64 * 7 + seq) % 40) as f32 * 0.1;
+    }
+    let along = seq as f32 * 0.05;
+    let odom = Odometry {
+        header,
+        pose: Pose::new(along, 0.1 * along, 0.02 * along),
+        linear_mps: 0.5,
+        ..Odometry::default()
+    };
+    let goal = Goal { header, x_m: 8.0, y_m: 3.0, radius_m: 0.3, id: goal_id };
+    (scan, odom, goal)
+}
+
+#[test]
+fn it_stands_until_everything_was_received() {
+    let task = Task::default();
+    let mut controller = controller(&task);
+    let (scan, odom, goal) = messages(&task, 1, 1);
+    let none = (LaserScan::default(), Odometry::default(), Goal::default());
+    let cases = [
+        (Inputs { scan: &none.0, odom: &odom, goal: &goal }, fault::STALE_SCAN),
+        (Inputs { scan: &scan, odom: &none.1, goal: &goal }, fault::STALE_ODOM),
+        (Inputs { scan: &scan, odom: &odom, goal: &none.2 }, fault::NO_GOAL),
+    ];
+    for (inputs, missing) in cases {
+        let mut fresh =
+            Controller::new(&task, None, network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false)).expect("fits");
+        let (command, status) = fresh.tick(PERIOD_NS, inputs);
+        assert_eq!((command.linear_mps, command.angular_radps), (0.0, 0.0));
+        assert_eq!(status.state, RunState::Ready);
+        assert_eq!(status.faults & fault::STOPPING, missing);
+    }
+    let (command, status) = controller.tick(PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+    assert_eq!(status.state, RunState::Driving);
+    assert_eq!(command.scan_seq, 1);
+    assert!(status.decided.is_some() && status.action < ACTION_COUNT);
+}
+
+#[test]
+fn a_stale_scan_ramps_to_zero_and_a_fresh_one_resumes() {
+    let task = Task::default();
+    let mut controller = controller(&task);
+    let (mut last, mut seq) = (0.0, 0);
+    for step in 1..=10 {
+        let (scan, odom, goal) = messages(&task, step, 1);
+        (seq, last) = (
+            step,
+            controller.tick(step * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal }).0.linear_mps,
+        );
+    }
+    assert!(last > 0.0, "it drives");
+    let (scan, odom, goal) = messages(&task, seq, 1);
+    for late in 3..20 {
+        let now = (seq + late) * PERIOD_NS;
+        let (command, status) = controller.tick(now, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        assert!(status.faults & fault::STALE_SCAN != 0);
+        assert!(command.linear_mps <= (last - 0.19).max(0.0), "{} after {last}", command.linear_mps);
+        last = command.linear_mps;
+    }
+    assert!(last == 0.0);
+    let (scan, odom, goal) = messages(&task, seq + 20, 1);
+    let (_, status) =
+        controller.tick((seq + 20) * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+    assert_eq!(status.state, RunState::Driving);
+}
+
+#[test]
+fn a_network_that_answers_nan_stops_the_robot_in_the_same_tick() {
+    let task = Task::default();
+    let bad_low = || network(LOW_OBSERVATION, LOW_ACTION, 1, 2, true);
+    let bad_high = network(CANDIDATE_FEATURES, 1, ACTION_COUNT, 1, true);
+    let good_low = network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false);
+    let controllers = [
+        Controller::new(&task, None, bad_low()).expect("fits"),
+        Controller::new(&task, Some(bad_high), good_low).expect("fits"),
+    ];
+    for mut controller in controllers {
+        let (scan, odom, goal) = messages(&task, 1, 1);
+        let (command, status) = controller.tick(PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        assert!(status.faults & fault::NON_FINITE != 0 && command.faults & fault::NON_FINITE != 0);
+        assert_eq!(status.state, RunState::Stopped);
+        // Odometry says 0.5 m/s: the ramp towards zero starts at once.
+        assert!(command.linear_mps < 0.31 && command.linear_mps.is_finite());
+    }
+}
+
+#[test]
+fn scans_of_another_geometry_and_blind_scans_are_refused() {
+    let task = Task::default();
+    let mut controller = controller(&task);
+    let (scan, odom, goal) = messages(&task, 1, 1);
+    let mut other = scan;
+    other.beam_count = 71;
+    let mut blind = scan;
+    blind.ranges_m = [f32::NAN; MAX_BEAMS];
+    for (k, scan) in [other, blind].into_iter().enumerate() {
+        let (_, status) =
+            controller.tick((k as u64 + 1) * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        assert_eq!(status.faults & fault::BAD_SCAN, fault::BAD_SCAN);
+        assert_eq!(status.state, RunState::Stopped);
+    }
+}
+
+/// What lock-step evaluation rests on: a new goal forgets everything, whatever was driven before.
+#[test]
+fn a_new_goal_is_a_new_life() {
+    let task = Task::default();
+    let (mut used, mut fresh) = (controller(&task), controller(&task));
+    for seq in 1..=60 {
+        let (scan, odom, goal) = messages(&task, seq, 1);
+        used.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+    }
+    for seq in 61..=160 {
+        let (scan, odom, goal) = messages(&task, seq, 2);
+        let inputs = Inputs { scan: &scan, odom: &odom, goal: &goal };
+        let (a, b) = (used.tick(seq * PERIOD_NS, inputs), fresh.tick(seq * PERIOD_NS, inputs));
+        assert_eq!(
+            (a.0.linear_mps.to_bits(), a.0.angular_radps.to_bits()),
+            (b.0.linear_mps.to_bits(), b.0.angular_radps.to_bits()),
+            "step {seq}"
+        );
+        assert_eq!(a.1, b.1);
+    }
+}
+
+#[test]
+fn a_flat_policy_always_drives_at_the_goal() {
+    let task = Task::default();
+    let mut controller =
+        Controller::new(&task, None, network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false)).expect("fits");
+    for seq in 1..=50 {
+        let (scan, odom, goal) = messages(&task, seq, 1);
+        let (_, status) = controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        assert_eq!(status.action, ACTION_GOAL);
+        assert_eq!(status.subgoal_m, (8.0, 3.0));
+    }
+}
+
+#[test]
+fn networks_of_another_shape_are_refused_by_name() {
+    let task = Task::default();
+    let error = Controller::new(&task, None, network(LOW_OBSERVATION + 1, LOW_ACTION, 1, 2, false))
+        .expect_err("refused");
+    assert!(error.to_string().contains("td3") && error.to_string().contains("79"), "{error}");
+}

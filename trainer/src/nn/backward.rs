@@ -1,0 +1,114 @@
+//! The hand-written backward pass of a [`Mlp`].
+
+use std::ops::Range;
+
+use super::mlp::{Activation, Layer, Mlp};
+use super::tape::TapeLayer;
+use super::{kernels, layer_norm};
+
+/// How far a backward pass goes.
+#[derive(Clone)]
+enum Reach {
+    Parameters,
+    ParametersAndInput,
+    InputColumns(Range<usize>),
+}
+
+impl Mlp {
+    /// Adds the derivative of the loss by every parameter to the gradients, given that by the output of the
+    /// last forward pass, `[rows, outputs]`.
+    ///
+    /// # Panics
+    /// When there was no forward pass or `output_gradient` has another size.
+    pub fn backward(&mut self, output_gradient: &[f32]) {
+        self.propagate(output_gradient, &Reach::Parameters);
+    }
+
+    /// As [`Mlp::backward`], and returns the derivative by the input, `[rows, inputs]`.
+    pub fn backward_to_input(&mut self, output_gradient: &[f32]) -> &[f32] {
+        self.propagate(output_gradient, &Reach::ParametersAndInput);
+        &self.tape.input_gradient.as_slice()[..self.tape.rows * self.shape.sizes[0]]
+    }
+
+    /// Derivative by some input columns only, `[rows, columns]`; the parameter gradients stay as they are.
+    pub fn input_gradient(&mut self, output_gradient: &[f32], columns: Range<usize>) -> &[f32] {
+        let count = self.tape.rows * columns.len();
+        self.propagate(output_gradient, &Reach::InputColumns(columns));
+        &self.tape.input_gradient.as_slice()[..count]
+    }
+
+    fn propagate(&mut self, output_gradient: &[f32], reach: &Reach) {
+        let rows = self.tape.rows;
+        let x = self.tape.input.as_ref().expect("a backward pass follows a forward pass");
+        assert_eq!(output_gradient.len(), rows * self.outputs(), "one gradient an output");
+        let parameters = self.parameters.as_slice();
+        let last = self.layers.len() - 1;
+        let with_parameters = !matches!(reach, Reach::InputColumns(_));
+        start_gradient(&mut self.tape.layers[last], output_gradient, self.shape.output);
+        for index in (0..=last).rev() {
+            let (before, rest) = self.tape.layers.split_at_mut(index);
+            let (layer, tape) = (&self.layers[index], &mut rest[0]);
+            let gradients = self.gradients.as_mut_slice();
+            if index < last {
+                hidden_gradient(tape, layer, rows, parameters, gradients, with_parameters);
+            }
+            if with_parameters {
+                let flat = &tape.gradient.as_slice()[..rows * layer.outputs];
+                kernels::add_column_sums(&mut gradients[layer.bias.clone()], flat);
+                let input = before.last().map_or(x, |tape| &tape.activation_view);
+                let sum = &layer.weight_gradient_view;
+                let _ = sum.addmm_out(sum, &tape.gradient_view_transposed, input);
+            }
+            if let Some(below) = before.last() {
+                let _ = tape.gradient_view.mm_out(&below.gradient_view, &layer.weight_view);
+            }
+        }
+        let (columns, weight) = match reach {
+            Reach::Parameters => return,
+            Reach::ParametersAndInput => (self.shape.sizes[0], self.layers[0].weight_view.shallow_clone()),
+            Reach::InputColumns(range) => {
+                let (start, length) = (range.start as i64, range.len() as i64);
+                (range.len(), self.layers[0].weight_view.narrow(1, start, length))
+            }
+        };
+        let out = self.tape.input_gradient.matrix_at(0, rows, columns);
+        let _ = self.tape.layers[0].gradient_view.mm_out(&out, &weight);
+    }
+}
+
+/// Derivative of the output activation.
+fn start_gradient(tape: &mut TapeLayer, output_gradient: &[f32], output: Activation) {
+    let gradient = &mut tape.gradient.as_mut_slice()[..output_gradient.len()];
+    gradient.copy_from_slice(output_gradient);
+    if output == Activation::Tanh {
+        for (gradient, y) in gradient.iter_mut().zip(tape.activation.as_slice()) {
+            *gradient *= 1.0 - y * y;
+        }
+    }
+}
+
+/// Turns the derivative by a hidden activation into that by its matrix product, in place.
+fn hidden_gradient(
+    tape: &mut TapeLayer,
+    layer: &Layer,
+    rows: usize,
+    parameters: &[f32],
+    gradients: &mut [f32],
+    with_parameters: bool,
+) {
+    let count = rows * layer.outputs;
+    let gradient = &mut tape.gradient.as_mut_slice()[..count];
+    kernels::relu_backward(gradient, &tape.activation.as_slice()[..count]);
+    if let (Some((scale, shift)), Some((normal, inverse))) = (&layer.norm, &tape.normal) {
+        let normal = &normal.as_slice()[..count];
+        let weights = &parameters[scale.clone()];
+        if with_parameters {
+            let (scales, shifts) = gradients.split_at_mut(shift.start);
+            let (scales, shifts) = (&mut scales[scale.clone()], &mut shifts[..shift.len()]);
+            layer_norm::backward(gradient, normal, &inverse[..rows], weights, scales, shifts);
+        } else {
+            let (mut scales, mut shifts) = (vec![0.0; layer.outputs], vec![0.0; layer.outputs]);
+            layer_norm::backward(gradient, normal, &inverse[..rows], weights, &mut scales, &mut shifts);
+        }
+    }
+}

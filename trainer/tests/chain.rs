@@ -1,0 +1,129 @@
+//! The trainer as people use it: train, be killed, resume, export, evaluate; and wrong inputs.
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+/// A run of seconds whose gate anything passes.
+const TINY: &str = "
+worlds_per_family = 4
+[low]
+envs = 4
+env_steps = 3000
+warmup_steps = 500
+batch = 32
+families = ['clutter', 'u_trap']
+td3.hidden = [16]
+[high]
+envs = 4
+decisions = 1500
+warmup_decisions = 100
+batch = 32
+families = ['clutter', 'u_trap']
+dqn.hidden = [16]
+deviation_margins = [0.0, 0.5]
+[gate]
+low_reach = 0.0
+low_collision = 1.0
+spin = 1.0
+worlds = 2
+clutter_success = 0.0
+u_trap_success = 0.0
+";
+
+fn trainer(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trainer"));
+    command.current_dir(folder).args(arguments);
+    // The library lies in the checkout, the test runs elsewhere.
+    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.tools/onnxruntime/libonnxruntime.so");
+    if std::env::var_os("ORT_DYLIB_PATH").is_none_or(|path| !Path::new(&path).is_absolute()) {
+        command.env("ORT_DYLIB_PATH", library);
+    }
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    trainer(folder, arguments).output().expect("the trainer starts")
+}
+
+fn succeed(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(output.status.success(), "{arguments:?} failed:\n{}", text(&output.stderr));
+    text(&output.stdout) + &text(&output.stderr)
+}
+
+/// A refusal is one sentence on standard error and a non-zero exit code.
+fn refuse(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success(), "{arguments:?} should be refused");
+    assert!(!error.contains("panicked") && error.contains("error:"), "{arguments:?}: {error}");
+    error
+}
+
+#[test]
+fn killed_resumed_exported_and_evaluated() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    std::fs::write(here.join("tiny.toml"), TINY).expect("written");
+
+    let mut child = trainer(here, &["train", "--config", "tiny.toml", "--seed", "7", "--out", "runs/killed"])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the trainer starts");
+    // The second stage begins with a checkpoint.
+    let begun = Instant::now();
+    let checkpoints = here.join("runs/killed/checkpoints");
+    while std::fs::read_dir(&checkpoints).map_or(0, Iterator::count) == 0 {
+        assert!(begun.elapsed() < Duration::from_secs(300), "no checkpoint");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let busy = refuse(here, &["train", "--resume", "runs/killed"]);
+    assert!(busy.contains("another process is training"), "{busy}");
+    child.kill().expect("killed");
+    child.wait().expect("reaped");
+    assert!(refuse(here, &["export", "--run", "runs/killed"]).contains("has not finished"));
+
+    succeed(here, &["train", "--resume"]);
+    assert!(
+        succeed(here, &["train", "--config", "tiny.toml", "--seed", "7", "--out", "runs/whole"])
+            .contains("gate passed")
+    );
+    succeed(here, &["export", "--run", "runs/killed", "--out", "killed"]);
+    succeed(here, &["export", "--out", "whole"]);
+    for file in ["td3.onnx", "dqn.onnx", "golden.json"] {
+        let read = |model: &str| std::fs::read(here.join(model).join(file)).expect("exported");
+        assert!(read("killed") == read("whole"), "{file}: a killed and resumed run differs from a whole one");
+    }
+
+    let arguments =
+        ["evaluate", "--model", "whole", "--families", "clutter", "--worlds", "2", "--out", "eval"];
+    let table = succeed(here, &arguments);
+    for policy in ["hybrid", "td3", "astar", "dijkstra", "reactive"] {
+        assert!(table.contains(policy), "{table}");
+        assert!(here.join("eval").join(format!("{policy}.png")).exists());
+    }
+    let rows = std::fs::read_to_string(here.join("eval/episodes.csv")).expect("written");
+    assert_eq!(rows.lines().count(), 1 + 5 * 2);
+}
+
+#[test]
+fn wrong_inputs_are_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    assert!(refuse(here, &["export"]).contains("trainer train"));
+    assert!(refuse(here, &["train", "--resume"]).contains("no unfinished run"));
+    assert!(refuse(here, &["train", "--config", "absent.toml"]).contains("absent.toml"));
+    std::fs::write(here.join("typo.toml"), "[high]\ndecision = 3").expect("written");
+    assert!(refuse(here, &["train", "--config", "typo.toml"]).contains("unknown field `high.decision`"));
+    assert!(refuse(here, &["evaluate", "--model", "absent"]).contains("there is no model in absent"));
+    std::fs::write(
+        here.join("strict.toml"),
+        format!("{TINY}\nlow_reach = 1.1").replacen("low_reach = 0.0\n", "", 1),
+    )
+    .expect("written");
+    succeed(here, &["train", "--config", "strict.toml", "--out", "runs/strict"]);
+    assert!(refuse(here, &["export"]).contains("did not pass its gate"));
+    assert!(!here.join("models").exists(), "a refused export leaves nothing");
+}
