@@ -72,7 +72,7 @@ impl LoadedNetwork {
         &self.contract
     }
 
-    /// The largest difference between executor and tract, relative to the larger of one and tract's result.
+    /// The largest difference between executor and tract, relative as [`PARITY_TOLERANCE`] says.
     pub fn parity(&self) -> f32 {
         self.parity
     }

@@ -5,9 +5,9 @@ use super::onnx::{Attribute, Dim, Graph, numbers};
 use runtime::load::{NetworkContract, Port};
 
 /// Name, bytes and contract of a model.
-pub type Model = (&'static str, Vec<u8>, NetworkContract);
+pub(crate) type Model = (&'static str, Vec<u8>, NetworkContract);
 
-pub fn contract(
+pub(crate) fn contract(
     input: &str,
     rows: usize,
     cols: usize,
@@ -33,7 +33,7 @@ fn gemm(graph: Graph, x: &str, y: &str, [outputs, inputs]: [i64; 2]) -> Graph {
 }
 
 /// TD3's actor: normalisation, three layers, scaled tanh.
-pub fn actor() -> Model {
+pub(crate) fn actor() -> Model {
     let mut graph = Graph::default()
         .input("observation", &fixed([1, 78]))
         .floats("mean", &[78], &numbers(1, 78))
@@ -53,7 +53,7 @@ pub fn actor() -> Model {
 }
 
 /// The candidate scorer: one row a candidate, a layer as `MatMul` and `Add`.
-pub fn scorer() -> Model {
+pub(crate) fn scorer() -> Model {
     let graph = Graph::default()
         .input("candidates", &fixed([18, 101]))
         .floats("mean", &[1, 101], &numbers(1, 101))
@@ -70,7 +70,7 @@ pub fn scorer() -> Model {
 }
 
 /// A layer normalisation as one operator.
-pub fn layer_norm() -> Model {
+pub(crate) fn layer_norm() -> Model {
     let graph = gemm(Graph::default().input("x", &fixed([3, 10])), "x", "l1", [40, 10])
         .floats("gain", &[40], &numbers(5, 40))
         .floats("bias", &[40], &numbers(6, 40))
@@ -81,7 +81,7 @@ pub fn layer_norm() -> Model {
 }
 
 /// A layer normalisation as older exporters spell it out.
-pub fn spelled_layer_norm() -> Model {
+pub(crate) fn spelled_layer_norm() -> Model {
     let mean = [Attribute::Ints("axes", vec![-1])];
     let graph = gemm(Graph::default().input("x", &fixed([1, 10])), "x", "l1", [40, 10])
         .floats("gain", &[40], &numbers(5, 40))
@@ -101,7 +101,7 @@ pub fn spelled_layer_norm() -> Model {
 }
 
 /// A dueling head with two rows.
-pub fn dueling() -> Model {
+pub(crate) fn dueling() -> Model {
     let graph = gemm(Graph::default().input("x", &fixed([2, 10])), "x", "l1", [32, 10]);
     let graph = gemm(graph.node("Relu", &["l1"], "r1", &[]), "r1", "value", [1, 32]);
     let graph = gemm(graph, "r1", "advantages", [8, 32])
@@ -118,7 +118,7 @@ pub fn dueling() -> Model {
 }
 
 /// What stable-baselines3 exports: a symbolic batch, `Flatten`, here with SiLU and a last layer without bias.
-pub fn flattened() -> Model {
+pub(crate) fn flattened() -> Model {
     let symbolic = |cols| [Dim::Symbol("batch"), Dim::Fixed(cols)];
     let graph = Graph::default().input("obs", &symbolic(10)).node("Flatten", &["obs"], "f", &[]);
     let graph = gemm(graph, "f", "l1", [16, 10])
@@ -132,7 +132,7 @@ pub fn flattened() -> Model {
 }
 
 /// Slices, a concatenation, limits and the rarer functions, over several rows.
-pub fn branches() -> Model {
+pub(crate) fn branches() -> Model {
     let graph = Graph::default()
         .input("x", &fixed([4, 10]))
         .ints("zero", &[0])
@@ -160,6 +160,6 @@ pub fn branches() -> Model {
 }
 
 /// All of them.
-pub fn all() -> Vec<Model> {
+pub(crate) fn all() -> Vec<Model> {
     vec![actor(), scorer(), layer_norm(), spelled_layer_norm(), dueling(), flattened(), branches()]
 }

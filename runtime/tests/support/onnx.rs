@@ -3,7 +3,7 @@
 
 /// Protobuf fields of one message.
 #[derive(Clone, Default)]
-pub struct Message(pub Vec<u8>);
+pub(crate) struct Message(pub(crate) Vec<u8>);
 
 impl Message {
     fn varint(&mut self, mut value: u64) {
@@ -14,44 +14,44 @@ impl Message {
         self.0.push(value as u8);
     }
 
-    pub fn int(mut self, field: u64, value: i64) -> Self {
+    pub(crate) fn int(mut self, field: u64, value: i64) -> Self {
         self.varint(field << 3);
         self.varint(value as u64);
         self
     }
 
-    pub fn float(mut self, field: u64, value: f32) -> Self {
+    pub(crate) fn float(mut self, field: u64, value: f32) -> Self {
         self.varint(field << 3 | 5);
         self.0.extend(value.to_le_bytes());
         self
     }
 
-    pub fn bytes(mut self, field: u64, value: &[u8]) -> Self {
+    pub(crate) fn bytes(mut self, field: u64, value: &[u8]) -> Self {
         self.varint(field << 3 | 2);
         self.varint(value.len() as u64);
         self.0.extend(value);
         self
     }
 
-    pub fn text(self, field: u64, value: &str) -> Self {
+    pub(crate) fn text(self, field: u64, value: &str) -> Self {
         self.bytes(field, value.as_bytes())
     }
 
-    pub fn message(self, field: u64, value: &Message) -> Self {
+    pub(crate) fn message(self, field: u64, value: &Message) -> Self {
         self.bytes(field, &value.0)
     }
 }
 
 /// A dimension of a graph input or output.
 #[derive(Clone, Copy)]
-pub enum Dim {
+pub(crate) enum Dim {
     Fixed(i64),
     Symbol(&'static str),
 }
 
 /// An attribute of a node.
 #[derive(Clone)]
-pub enum Attribute {
+pub(crate) enum Attribute {
     Int(&'static str, i64),
     Float(&'static str, f32),
     Ints(&'static str, Vec<i64>),
@@ -60,9 +60,9 @@ pub enum Attribute {
 
 /// A graph under construction.
 #[derive(Clone)]
-pub struct Graph {
-    pub body: Message,
-    pub operator_set: i64,
+pub(crate) struct Graph {
+    pub(crate) body: Message,
+    pub(crate) operator_set: i64,
 }
 
 impl Default for Graph {
@@ -72,7 +72,13 @@ impl Default for Graph {
 }
 
 impl Graph {
-    pub fn node(mut self, operator: &str, inputs: &[&str], output: &str, attributes: &[Attribute]) -> Self {
+    pub(crate) fn node(
+        mut self,
+        operator: &str,
+        inputs: &[&str],
+        output: &str,
+        attributes: &[Attribute],
+    ) -> Self {
         let mut node = Message::default();
         for input in inputs {
             node = node.text(1, input);
@@ -97,26 +103,26 @@ impl Graph {
         self
     }
 
-    pub fn floats(self, name: &str, dims: &[i64], values: &[f32]) -> Self {
+    pub(crate) fn floats(self, name: &str, dims: &[i64], values: &[f32]) -> Self {
         let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         self.tensor(tensor(name, dims, 1).bytes(9, &raw))
     }
 
-    pub fn ints(self, name: &str, values: &[i64]) -> Self {
+    pub(crate) fn ints(self, name: &str, values: &[i64]) -> Self {
         let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         self.tensor(tensor(name, &[values.len() as i64], 7).bytes(9, &raw))
     }
 
-    pub fn tensor(mut self, tensor: Message) -> Self {
+    pub(crate) fn tensor(mut self, tensor: Message) -> Self {
         self.body = self.body.message(5, &tensor);
         self
     }
 
-    pub fn input(self, name: &str, dims: &[Dim]) -> Self {
+    pub(crate) fn input(self, name: &str, dims: &[Dim]) -> Self {
         self.port(11, name, dims)
     }
 
-    pub fn output(self, name: &str, dims: &[Dim]) -> Self {
+    pub(crate) fn output(self, name: &str, dims: &[Dim]) -> Self {
         self.port(12, name, dims)
     }
 
@@ -135,19 +141,19 @@ impl Graph {
     }
 
     /// The model's bytes.
-    pub fn finish(&self) -> Vec<u8> {
+    pub(crate) fn finish(&self) -> Vec<u8> {
         let operators = Message::default().text(1, "").int(2, self.operator_set);
         Message::default().int(1, 8).message(7, &self.body).message(8, &operators).0
     }
 }
 
 /// A tensor without data.
-pub fn tensor(name: &str, dims: &[i64], data_type: i64) -> Message {
+pub(crate) fn tensor(name: &str, dims: &[i64], data_type: i64) -> Message {
     dims.iter().fold(Message::default(), |tensor, dim| tensor.int(1, *dim)).int(2, data_type).text(8, name)
 }
 
 /// Numbers in `[-0.5, 0.5)`, the same on every run.
-pub fn numbers(seed: u64, count: usize) -> Vec<f32> {
+pub(crate) fn numbers(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut next = || {
         state ^= state << 13;
