@@ -1,2 +1,75 @@
-//! Placeholder.
-fn main() {}
+//! The robot's program: see `runtime --help`.
+
+mod cli;
+
+use clap::Parser;
+use cli::{BenchArguments, Cli, Command, PeerArguments, RunArguments};
+use runtime::alloc::CheckedAllocator;
+use runtime::bench::{self, BenchOptions, NamedNetwork};
+use runtime::bench_loop::{self, load, peer};
+use runtime::model::Model;
+use runtime::run::drive::End;
+use runtime::run::stop::StopReason;
+use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: CheckedAllocator = CheckedAllocator;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match cli.command {
+        None => run(cli.run),
+        Some(Command::Run(arguments)) => run(arguments),
+        Some(Command::Check(arguments)) => check(&arguments),
+        Some(Command::Bench(arguments)) => measure(arguments),
+        Some(Command::LoopPeer(arguments)) => loop_peer(arguments),
+        Some(Command::LoopHog { seconds }) => {
+            load::hog(seconds);
+            Ok(ExitCode::SUCCESS)
+        }
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("runtime: {error:#}");
+        ExitCode::FAILURE
+    })
+}
+
+fn run(arguments: RunArguments) -> anyhow::Result<ExitCode> {
+    let end = runtime::run::run(&arguments.plan()?)?;
+    Ok(match end {
+        End::Stopped(StopReason::Interrupt) => ExitCode::from(130),
+        End::Stopped(StopReason::Terminate) | End::Duration | End::PeerLeft => ExitCode::SUCCESS,
+    })
+}
+
+fn check(arguments: &cli::ModelArguments) -> anyhow::Result<ExitCode> {
+    for line in runtime::check::check(&arguments.model)? {
+        println!("{line}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measure(arguments: BenchArguments) -> anyhow::Result<ExitCode> {
+    if arguments.measure_loop {
+        bench_loop::measure(&arguments.loop_plan())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let (td3, dqn) = Model::read(&arguments.model.model)?.into_networks();
+    let mut networks = vec![NamedNetwork::new("td3", td3)];
+    networks.extend(dqn.map(|dqn| NamedNetwork::new("dqn", dqn)));
+    println!("{}", bench::networks(&mut networks, &BenchOptions::default())?);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn loop_peer(arguments: PeerArguments) -> anyhow::Result<ExitCode> {
+    let lidar = Model::read(&arguments.model)?.manifest().task.lidar;
+    let plan = peer::PeerPlan {
+        ipc_root: arguments.ipc_root,
+        model: arguments.model,
+        rate_hz: arguments.rate,
+        seconds: arguments.seconds,
+        realtime: arguments.realtime,
+    };
+    println!("{}", serde_json::to_string(&peer::publish(&plan, &lidar)?)?);
+    Ok(ExitCode::SUCCESS)
+}

@@ -147,10 +147,12 @@ impl Summary {
             success_rate: share(EpisodeEnd::Success),
             collision_rate: share(EpisodeEnd::Collision),
             timeout_rate: share(EpisodeEnd::Timeout),
-            mean_time_s: successes.iter().sum::<f64>() / successes.len().max(1) as f64,
-            mean_spl: all(|m| m.spl).sum::<f64>() / count,
+            mean_time_s: successes.iter().fold(0.0, |sum, time_s| sum + time_s)
+                / successes.len().max(1) as f64,
+            mean_spl: all(|m| m.spl).fold(0.0, |sum, spl| sum + spl) / count,
             clearance_min_m: if clearance_min_m.is_finite() { clearance_min_m } else { 0.0 },
-            path_m: all(|m| m.path_m).sum(),
+            // `sum` of nothing is -0.0.
+            path_m: all(|m| m.path_m).fold(0.0, |sum, path_m| sum + path_m),
             late_periods,
         }
     }

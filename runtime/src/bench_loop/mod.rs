@@ -1,0 +1,298 @@
+//! `runtime bench --loop`: how well the loop keeps time between two processes, on a limited number of cores.
+//!
+//! Isolates: the real loop with the real controller in this process, answering a peer process that publishes
+//! scans at a fixed rate, idle and with every core loaded, with ordinary and with real-time priority. Not
+//! measured: lidar drivers and motor controllers. Figures belong to the machine that is named beside them.
+
+pub mod limit;
+pub mod load;
+pub mod peer;
+
+use crate::model::{Model, ModelError};
+use crate::run::drive::{DriveError, DrivePlan, Pace, drive};
+use crate::run::histogram::Percentiles;
+use crate::run::live::Live;
+use crate::run::ports::Ports;
+use crate::run::realtime::RealTime;
+use crate::run::record::Record;
+use crate::run::report::{row, write_json};
+use crate::run::stop::Stop;
+use limit::Limit;
+use load::Hogs;
+use nav_core::controller::ShapeError;
+use nav_ipc::{IpcConfig, IpcError, RobotName};
+use peer::Peer;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Priority of the loop where it is granted.
+const PRIORITY: u8 = 50;
+/// The robot's name during the measurement.
+pub const ROBOT: &str = "bench-loop";
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct LoopBenchPlan {
+    /// The model's folder.
+    pub model: PathBuf,
+    /// Length of each of the four phases.
+    pub phase: Duration,
+    /// Scans a second.
+    pub rate_hz: f64,
+    /// Cores that loop, peer and load share.
+    pub cores: usize,
+    /// Where the JSON goes.
+    pub out: Option<PathBuf>,
+}
+
+/// Why it could not be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum LoopBenchError {
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A network of another shape.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// The topics.
+    #[error(transparent)]
+    Ipc(#[from] IpcError),
+    /// The loop.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+    /// Processes, files or limits.
+    #[error("{what} ({source})")]
+    System {
+        /// What failed, and what to do.
+        what: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The peer's answer.
+    #[error("the measuring peer answered nonsense ({0}): run the bench again")]
+    Peer(String),
+}
+
+/// Attaches what failed to an error of the system.
+fn system(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> LoopBenchError {
+    let what = what.into();
+    |source| LoopBenchError::System { what, source }
+}
+
+/// All phases, and where they were measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct LoopBench {
+    /// Processor, cores and kernel.
+    pub machine: String,
+    /// Load average of the last minute before the measurement: other programs disturb it.
+    pub load_average: f64,
+    /// How the cores were limited, in words.
+    pub limit: String,
+    /// Scans a second.
+    pub rate_hz: f64,
+    /// Length of a phase, s.
+    pub phase_s: f64,
+    /// The phases.
+    pub phases: Vec<Phase>,
+}
+
+/// One phase.
+#[derive(Clone, Debug, Serialize)]
+pub struct Phase {
+    /// Whether every core was kept busy.
+    pub loaded: bool,
+    /// Whether real-time priority was asked for.
+    pub realtime: bool,
+    /// What was granted, in words.
+    pub granted: Vec<String>,
+    /// Ticks.
+    pub ticks: u64,
+    /// Ticks that ended after the next deadline.
+    pub overruns: u64,
+    /// Allocations in the loop.
+    pub allocations: u64,
+    /// From the scan's stamp to the published command.
+    pub scan_to_command: Percentiles,
+    /// From the scan's stamp to the command in the peer's hands.
+    pub round_trip: Percentiles,
+    /// From wake-up to the published command.
+    pub tick: Percentiles,
+    /// The controller alone.
+    pub controller: Percentiles,
+    /// How late the loop woke up at a deadline.
+    pub wake_late: Percentiles,
+    /// Difference between one period and the next.
+    pub jitter: Percentiles,
+}
+
+/// Measures and prints; writes JSON if asked to.
+///
+/// # Errors
+/// [`LoopBenchError`].
+pub fn measure(plan: &LoopBenchPlan) -> Result<LoopBench, LoopBenchError> {
+    let load_average = load_average();
+    let limit = Limit::enter(plan.cores).map_err(system("the cores cannot be limited"))?;
+    println!("{}", machine());
+    println!("limit: {}", limit.words());
+    if load_average > 0.3 {
+        println!("load average before: {load_average:.2}; other programs disturb this measurement");
+    }
+    println!("{:.0} scans a second, {:.1} s a phase; us", plan.rate_hz, plan.phase.as_secs_f64());
+    let folder = Scratch::new()?;
+    let mut phases = Vec::new();
+    for (loaded, realtime) in [(false, false), (true, false), (false, true), (true, true)] {
+        let hogs = if loaded {
+            Some(Hogs::start(plan.cores, plan.phase).map_err(system("the load cannot start"))?)
+        } else {
+            None
+        };
+        let phase = measure_phase(plan, &folder.0, loaded, realtime)?;
+        drop(hogs);
+        print_phase(&phase);
+        phases.push(phase);
+    }
+    print_ratios(&phases);
+    let bench = LoopBench {
+        machine: machine(),
+        load_average,
+        limit: limit.words().to_owned(),
+        rate_hz: plan.rate_hz,
+        phase_s: plan.phase.as_secs_f64(),
+        phases,
+    };
+    if let Some(path) = &plan.out {
+        write_json(path, &bench).map_err(system(format!("--out: {} cannot be written", path.display())))?;
+    }
+    Ok(bench)
+}
+
+/// In a thread of its own, which takes its priority with it.
+fn measure_phase(
+    plan: &LoopBenchPlan,
+    folder: &Path,
+    loaded: bool,
+    realtime: bool,
+) -> Result<Phase, LoopBenchError> {
+    let phase =
+        std::thread::scope(|scope| scope.spawn(|| measure_here(plan, folder, loaded, realtime)).join());
+    phase.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+fn measure_here(
+    plan: &LoopBenchPlan,
+    folder: &Path,
+    loaded: bool,
+    realtime: bool,
+) -> Result<Phase, LoopBenchError> {
+    let mut controller = Model::read(&plan.model)?.into_controller()?;
+    let config = IpcConfig::in_folder(folder)?;
+    let mut ports = Ports::open(&RobotName::new(ROBOT)?, &config)?;
+    let peer = Peer::start(folder, plan, realtime)?;
+    let granted = RealTime { priority: realtime.then_some(PRIORITY), core: None }.enter();
+    let period_ns = (1e9 / plan.rate_hz) as u64;
+    let drive_plan = DrivePlan {
+        pace: Pace::Clock,
+        duration: Some(plan.phase),
+        idle_exit: Some(Duration::from_secs(10)),
+        exit_with_peer: false,
+        assert_no_alloc: false,
+        period_ns: Some(period_ns),
+    };
+    let mut record = Record::new(period_ns);
+    drive(&mut controller, &mut ports, &drive_plan, &Stop::default(), &Live::default(), &mut record)?;
+    let round_trip = peer.finish()?;
+    Ok(Phase {
+        loaded,
+        realtime,
+        granted,
+        ticks: record.ticks,
+        overruns: record.overruns,
+        allocations: record.heap.allocations,
+        scan_to_command: record.scan_to_command.percentiles(),
+        round_trip,
+        tick: record.tick.percentiles(),
+        controller: record.controller.percentiles(),
+        wake_late: record.wake_late.percentiles(),
+        jitter: record.jitter.percentiles(),
+    })
+}
+
+fn print_phase(phase: &Phase) {
+    let load = if phase.loaded { "every core loaded" } else { "idle" };
+    let priority = if phase.realtime { "real-time priority" } else { "ordinary priority" };
+    println!(
+        "\n{load}, {priority}: {} ticks, {} overruns, {} allocations",
+        phase.ticks, phase.overruns, phase.allocations
+    );
+    for word in &phase.granted {
+        println!("  {word}");
+    }
+    println!("{:<34} {:>9} {:>9} {:>9} {:>9}", "us", "p50", "p99", "p99.9", "max");
+    let rows = [
+        ("scan to command", &phase.scan_to_command),
+        ("scan to command at the peer", &phase.round_trip),
+        ("wake-up to command", &phase.tick),
+        ("controller and networks", &phase.controller),
+        ("wake-up late at a deadline", &phase.wake_late),
+        ("period to period", &phase.jitter),
+    ];
+    for (name, percentiles) in rows.into_iter().filter(|(_, p)| p.count > 0) {
+        println!("{}", row(name, percentiles));
+    }
+}
+
+/// What a machine's figures still say on another machine.
+fn print_ratios(phases: &[Phase]) {
+    let find = |loaded, realtime| phases.iter().find(|p| p.loaded == loaded && p.realtime == realtime);
+    for (realtime, name) in [(false, "ordinary"), (true, "real-time")] {
+        if let (Some(idle), Some(loaded)) = (find(false, realtime), find(true, realtime)) {
+            let ratio = |of: fn(&Phase) -> u64| of(loaded) as f64 / of(idle).max(1) as f64;
+            println!(
+                "\n{name} priority, loaded over idle: scan to command p50 {:.1}x, p99 {:.1}x; jitter p99 {:.1}x",
+                ratio(|p| p.scan_to_command.p50_ns),
+                ratio(|p| p.scan_to_command.p99_ns),
+                ratio(|p| p.jitter.p99_ns)
+            );
+        }
+    }
+}
+
+/// A folder of shared files that goes away.
+#[derive(Debug)]
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Result<Self, LoopBenchError> {
+        // Not the user's own temporary folder: sockets need a short path.
+        let path = PathBuf::from(format!("/tmp/nav-loop-{}", std::process::id()));
+        std::fs::create_dir_all(&path).map_err(system(format!("{} cannot be made", path.display())))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Leftovers in /tmp are no reason to fail after all was measured.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Processor, cores and kernel, for the record.
+fn machine() -> String {
+    let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
+    let cpuinfo = read("/proc/cpuinfo");
+    let model = cpuinfo
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"))
+        .map_or("unknown processor", |rest| rest.trim_start_matches([' ', '\t', ':']));
+    let cores = cpuinfo.lines().filter(|line| line.starts_with("processor")).count();
+    format!("{model}, {cores} cores, Linux {}", read("/proc/sys/kernel/osrelease").trim())
+}
+
+fn load_average() -> f64 {
+    std::fs::read_to_string("/proc/loadavg")
+        .ok()
+        .and_then(|text| text.split(' ').next().and_then(|number| number.parse().ok()))
+        .unwrap_or(0.0)
+}

@@ -1,0 +1,80 @@
+//! `runtime check`: everything that is verified before a robot is driven, a line each.
+
+use crate::load::{PARITY_CASES, PARITY_TOLERANCE};
+use crate::model::{GOLDEN_TOLERANCE, Model, ModelError};
+use nav_core::manifest::{Algorithm, FileEntry};
+use std::path::Path;
+
+/// Verifies a model folder and says what was verified.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub fn check(folder: &Path) -> Result<Vec<String>, ModelError> {
+    Ok(lines(&Model::read(folder)?))
+}
+
+/// What a checked model is, in a line.
+pub fn headline(model: &Model) -> String {
+    let manifest = model.manifest();
+    let algorithm = match manifest.algorithm {
+        Algorithm::Hybrid => "hybrid (DQN over TD3)",
+        Algorithm::Td3 => "flat TD3",
+    };
+    format!(
+        "model {}: {algorithm}, {:.0} Hz, trained by version {} ({}), seed {}, profile {}",
+        model.folder().display(),
+        1.0 / manifest.task.control_period_s,
+        manifest.trainer_version,
+        manifest.trainer_commit,
+        manifest.seed,
+        manifest.profile
+    )
+}
+
+/// What a model that was read has passed.
+pub fn lines(model: &Model) -> Vec<String> {
+    let manifest = model.manifest();
+    let task = &manifest.task;
+    let mut lines = vec![headline(model)];
+    lines.push(format!("ok  manifest: format {}, every field known", manifest.format));
+    lines.push(format!(
+        "ok  observation layout: {} low-level and {} high-level numbers, {} a candidate, {} actions",
+        manifest.observation_lengths[0],
+        manifest.observation_lengths[1],
+        manifest.observation_lengths[2],
+        manifest.action_count
+    ));
+    lines.push(format!(
+        "ok  task: {} beams over {:.0} degrees to {} m, {} m/s, {} rad/s, radius {} m, every field in range",
+        task.lidar.beam_count,
+        task.lidar.field_of_view_rad.to_degrees(),
+        task.lidar.range_max_m,
+        task.robot.linear_max_mps,
+        task.robot.angular_max_radps,
+        task.robot.radius_m
+    ));
+    let files = [Some(&manifest.td3), manifest.dqn.as_ref(), Some(&manifest.golden)];
+    lines.extend(files.into_iter().flatten().map(hash_line));
+    for (name, network) in [("td3", Some(model.td3())), ("dqn", model.dqn())] {
+        let Some(network) = network else { continue };
+        lines.push(format!(
+            "ok  {name}: {} to {}, lowered to the executor; {PARITY_CASES} random inputs agree with tract within \
+             {:.1e} (allowed {PARITY_TOLERANCE:.0e})",
+            network.contract().input,
+            network.contract().output,
+            network.parity()
+        ));
+    }
+    let golden = model.golden();
+    lines.push(format!(
+        "ok  golden pairs: {} of td3 and {} of dqn reproduced within {:.1e} (allowed {GOLDEN_TOLERANCE:.0e})",
+        golden.td3.len(),
+        golden.dqn.len(),
+        model.golden_difference()
+    ));
+    lines
+}
+
+fn hash_line(entry: &FileEntry) -> String {
+    format!("ok  {}: SHA-256 {}...", entry.file, entry.sha256.get(..12).unwrap_or(&entry.sha256))
+}

@@ -1,0 +1,389 @@
+//! The loop: wait, read, tick, publish. Nothing in it allocates, logs or blocks on another process.
+
+use super::grid::Grid;
+use super::live::Live;
+use super::ports::Ports;
+use super::record::Record;
+use super::stop::{Stop, StopReason};
+use crate::alloc::{self, Counts};
+use nav_core::controller::{Controller, Inputs, TickStatus};
+use nav_core::messages::{CmdVel, Header, Status};
+use nav_core::task::Task;
+use nav_ipc::IpcError;
+use nav_ipc::clock::monotonic_ns;
+use std::time::Duration;
+
+/// How long to wait for a scan at once, so that a signal is seen.
+const GLANCE: Duration = Duration::from_millis(50);
+/// A writer that has gone is looked for when nothing was heard for this long, ns.
+const LEFT_AFTER_NS: u64 = 20_000_000;
+
+/// When to tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pace {
+    /// At the policy's fixed rate, in phase with the scans: for robots and simulators in real time.
+    Clock,
+    /// Once for each scan, at the scan's own time, as fast as they come: lock-step, deterministic.
+    Scan,
+}
+
+/// How the loop behaves.
+#[derive(Clone, Copy, Debug)]
+pub struct DrivePlan {
+    /// When to tick.
+    pub pace: Pace,
+    /// End after this long.
+    pub duration: Option<Duration>,
+    /// End with an error when no scan came for this long.
+    pub idle_exit: Option<Duration>,
+    /// End when whoever writes the scans says goodbye.
+    pub exit_with_peer: bool,
+    /// Abort at the first allocation in the loop instead of counting.
+    pub assert_no_alloc: bool,
+    /// Tick at this period instead of the task's, ns; for measuring.
+    pub period_ns: Option<u64>,
+}
+
+/// Why a run ended well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The asked duration is over.
+    Duration,
+    /// Whoever wrote the scans has left.
+    PeerLeft,
+    /// Asked by a signal; the robot was ramped to a stop.
+    Stopped(StopReason),
+}
+
+impl std::fmt::Display for End {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Duration => "the asked duration is over",
+            Self::PeerLeft => "whoever published the scans has left",
+            Self::Stopped(StopReason::Interrupt) => "interrupted; the robot was ramped to a stop",
+            Self::Stopped(StopReason::Terminate) => "asked to terminate; the robot was ramped to a stop",
+        })
+    }
+}
+
+/// Why a run ended badly.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// No scan ever came.
+    #[error(
+        "no scan arrived within {seconds:.1} s: start the simulator or the robot's driver with the same --robot name, \
+         or wait longer with --idle-exit"
+    )]
+    NoScan {
+        /// How long it waited, s.
+        seconds: f64,
+    },
+    /// Scans stopped coming.
+    #[error("no scan for {seconds:.1} s: whoever published them is gone; the robot was commanded to a stop")]
+    ScansStopped {
+        /// How long it waited, s.
+        seconds: f64,
+    },
+    /// Shared memory.
+    #[error(transparent)]
+    Ipc(#[from] IpcError),
+}
+
+/// What is ticked; the controller, or a stand-in that measures the loop around it.
+pub trait Tick {
+    /// See [`Controller::tick`].
+    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus);
+    /// Limits and timing.
+    fn task(&self) -> &Task;
+}
+
+impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
+    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
+        Self::tick(self, now_ns, inputs)
+    }
+
+    fn task(&self) -> &Task {
+        Self::task(self)
+    }
+}
+
+/// The state of a running loop.
+struct Loop<'a, T> {
+    ticker: &'a mut T,
+    ports: &'a mut Ports,
+    plan: &'a DrivePlan,
+    stop: &'a Stop,
+    live: &'a Live,
+    record: &'a mut Record,
+    period_ns: u64,
+    step_max_m: f32,
+    last_command: CmdVel,
+    status_seq: u64,
+    heard_ns: u64,
+    ends_ns: u64,
+}
+
+/// Drives until something ends it. The last command is zero, whatever ends it.
+///
+/// Waits for a first scan, connects, arms, and from then on allocates nothing in this thread but for peers that
+/// join or leave, which is counted apart.
+///
+/// # Errors
+/// [`DriveError`]; the robot has been commanded to stop if shared memory still allows it.
+pub fn drive<T: Tick>(
+    ticker: &mut T,
+    ports: &mut Ports,
+    plan: &DrivePlan,
+    stop: &Stop,
+    live: &Live,
+    record: &mut Record,
+) -> Result<End, DriveError> {
+    let task = *ticker.task();
+    let mut running = Loop {
+        period_ns: plan.period_ns.unwrap_or(task.control_period_ns()),
+        step_max_m: task.robot.linear_max_mps * task.control_period_s,
+        ticker,
+        ports,
+        plan,
+        stop,
+        live,
+        record,
+        last_command: CmdVel::default(),
+        status_seq: 0,
+        heard_ns: monotonic_ns(),
+        ends_ns: u64::MAX,
+    };
+    let result = running.arm_and_run();
+    let peer_left = matches!(result, Ok(End::PeerLeft));
+    running.record.close(monotonic_ns(), peer_left, running.step_max_m);
+    running.bring_to_rest(peer_left)?;
+    result
+}
+
+impl<T: Tick> Loop<'_, T> {
+    fn arm_and_run(&mut self) -> Result<End, DriveError> {
+        if let Some(end) = self.wait_for_first_scan()? {
+            return Ok(end);
+        }
+        self.ports.refresh()?;
+        let armed_ns = monotonic_ns();
+        self.record.armed_ns = armed_ns;
+        if let Some(duration) = self.plan.duration {
+            self.ends_ns = armed_ns.saturating_add(as_ns(duration));
+        }
+        let _forbidden = self.plan.assert_no_alloc.then(alloc::forbid);
+        match self.plan.pace {
+            Pace::Scan => self.run_by_scan(),
+            Pace::Clock => self.run_by_clock(armed_ns),
+        }
+    }
+
+    fn wait_for_first_scan(&mut self) -> Result<Option<End>, DriveError> {
+        let started_ns = monotonic_ns();
+        while !self.ports.read()? {
+            let waited_ns = monotonic_ns() - started_ns;
+            if let Some(reason) = self.stop.reason() {
+                return Ok(Some(End::Stopped(reason)));
+            }
+            if self.plan.idle_exit.is_some_and(|limit| waited_ns > as_ns(limit)) {
+                return Err(DriveError::NoScan { seconds: waited_ns as f64 / 1e9 });
+            }
+            self.ports.wait(GLANCE)?;
+        }
+        self.heard_ns = monotonic_ns();
+        Ok(None)
+    }
+
+    fn run_by_scan(&mut self) -> Result<End, DriveError> {
+        // The scan that came before arming is the first to be answered.
+        let mut woken_ns = monotonic_ns();
+        self.counted_tick(woken_ns, true)?;
+        loop {
+            self.counted(|running| running.ports.wait(GLANCE))?;
+            woken_ns = monotonic_ns();
+            if let Some(end) = self.reason_to_end(woken_ns)? {
+                return Ok(end);
+            }
+            self.refresh()?;
+            if self.counted(|running| running.ports.read().map_err(DriveError::from))? {
+                self.counted_tick(woken_ns, true)?;
+            }
+        }
+    }
+
+    fn run_by_clock(&mut self, armed_ns: u64) -> Result<End, DriveError> {
+        let mut grid = Grid::starting_with(armed_ns, self.period_ns);
+        loop {
+            let woken_ns = self.counted(|running| running.wait_for_tick(&grid))?;
+            if let Some(end) = self.reason_to_end(woken_ns)? {
+                return Ok(end);
+            }
+            self.refresh()?;
+            let is_new = self.counted(|running| running.ports.read().map_err(DriveError::from))?;
+            self.record.note_start(woken_ns);
+            self.counted_tick(woken_ns, is_new)?;
+            let finished_ns = monotonic_ns();
+            let scan_ns = self.ports.inputs().scan.header.stamp_ns;
+            // A stamp of another clock must not move ours.
+            let follows = is_new && scan_ns <= finished_ns && finished_ns - scan_ns < self.period_ns;
+            let skipped = grid.advance(finished_ns, follows.then_some(scan_ns));
+            self.record.note_skipped(skipped);
+            self.live.store_trouble(self.record.overruns, self.record.heap.allocations);
+        }
+    }
+
+    /// Sleeps until the window opens, then until a scan comes or the deadline has.
+    fn wait_for_tick(&mut self, grid: &Grid) -> Result<u64, DriveError> {
+        sleep_until(grid.opens_ns());
+        // What came before the window opened is read anyway; it must not start the tick early.
+        self.ports.wait(Duration::ZERO)?;
+        let by_scan = self.ports.wait_until(grid.deadline_ns())?;
+        if !by_scan {
+            // A signal may have ended the wait.
+            sleep_until(grid.deadline_ns());
+        }
+        let woken_ns = monotonic_ns();
+        if !by_scan {
+            self.record.wake_late.record(woken_ns.saturating_sub(grid.deadline_ns()));
+        }
+        Ok(woken_ns)
+    }
+
+    /// Runs a part of the loop and adds what it did to the heap.
+    fn counted<R>(&mut self, part: impl FnOnce(&mut Self) -> R) -> R {
+        let (result, counts) = alloc::count(|| part(self));
+        add(&mut self.record.heap, counts);
+        result
+    }
+
+    /// Connects to peers that joined or left; the one thing that may allocate, counted apart.
+    fn refresh(&mut self) -> Result<(), DriveError> {
+        let ports = &self.ports;
+        let (result, counts) = alloc::permit(|| alloc::count(|| ports.refresh()));
+        if counts != Counts::default() {
+            self.record.reconnects += 1;
+            add(&mut self.record.reconnect_heap, counts);
+        }
+        Ok(result?)
+    }
+
+    fn counted_tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
+        if is_new {
+            self.heard_ns = woken_ns;
+        }
+        self.counted(|running| running.tick(woken_ns, is_new))
+    }
+
+    fn tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
+        let inputs = self.ports.inputs();
+        let began_ns = monotonic_ns();
+        let now_ns = match self.plan.pace {
+            Pace::Clock => began_ns,
+            Pace::Scan => inputs.scan.header.stamp_ns,
+        };
+        let (command, status) = self.ticker.tick(now_ns, inputs);
+        let decided_ns = monotonic_ns();
+        self.ports.command(&command)?;
+        let sent_ns = monotonic_ns();
+        self.last_command = command;
+        let tick_ns = sent_ns.saturating_sub(woken_ns);
+        self.status_seq += 1;
+        self.ports.status(&Status {
+            header: Header { stamp_ns: now_ns, seq: self.status_seq },
+            state: status.state as u32,
+            faults: status.faults,
+            goal_id: inputs.goal.id,
+            subgoal_action: u32::try_from(status.action).unwrap_or(u32::MAX),
+            subgoal_x_m: status.subgoal_m.0,
+            subgoal_y_m: status.subgoal_m.1,
+            scan_age_ns: inputs.scan.header.age_ns(now_ns),
+            odom_age_ns: inputs.odom.header.age_ns(now_ns),
+            policy_ns: decided_ns - began_ns,
+            tick_ns,
+            overruns: self.record.overruns,
+        })?;
+        self.record.tick.record(tick_ns);
+        self.record.controller.record(decided_ns - began_ns);
+        if self.plan.pace == Pace::Clock && is_new {
+            self.record.scan_to_command.record(sent_ns.saturating_sub(inputs.scan.header.stamp_ns));
+        }
+        self.record.note(&inputs, &status, self.step_max_m);
+        self.live.store(&status, &command, inputs.goal.id, tick_ns);
+        Ok(())
+    }
+
+    fn reason_to_end(&self, now_ns: u64) -> Result<Option<End>, DriveError> {
+        if let Some(reason) = self.stop.reason() {
+            return Ok(Some(End::Stopped(reason)));
+        }
+        if now_ns >= self.ends_ns {
+            return Ok(Some(End::Duration));
+        }
+        let silent_ns = now_ns.saturating_sub(self.heard_ns);
+        if self.plan.exit_with_peer && silent_ns > LEFT_AFTER_NS && !self.ports.has_scan_writer() {
+            return Ok(Some(End::PeerLeft));
+        }
+        match self.plan.idle_exit {
+            Some(limit) if silent_ns > as_ns(limit) => {
+                Err(DriveError::ScansStopped { seconds: silent_ns as f64 / 1e9 })
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Ramps the last command to zero within the acceleration limits; at once when nobody drives by it any more.
+    fn bring_to_rest(&mut self, at_once: bool) -> Result<(), DriveError> {
+        let task = *self.ticker.task();
+        let mut command = self.last_command;
+        if !command.header.is_received() {
+            return Ok(());
+        }
+        loop {
+            let change =
+                |acceleration: f32| if at_once { f32::MAX } else { acceleration * task.control_period_s };
+            command.linear_mps =
+                towards_zero(command.linear_mps, change(task.robot.linear_acceleration_mps2));
+            command.angular_radps =
+                towards_zero(command.angular_radps, change(task.robot.angular_acceleration_radps2));
+            command.header.seq += 1;
+            command.header.stamp_ns += self.period_ns;
+            self.ports.command(&command)?;
+            if command.linear_mps == 0.0 && command.angular_radps == 0.0 {
+                return Ok(());
+            }
+            std::thread::sleep(Duration::from_nanos(self.period_ns));
+        }
+    }
+}
+
+fn towards_zero(value: f32, change: f32) -> f32 {
+    if value.is_finite() { value - value.clamp(-change, change) } else { 0.0 }
+}
+
+fn add(sum: &mut Counts, counts: Counts) {
+    sum.allocations += counts.allocations;
+    sum.frees += counts.frees;
+}
+
+fn as_ns(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// Sleeps until a time of the monotonic clock, through signals.
+fn sleep_until(deadline_ns: u64) {
+    let deadline = libc::timespec {
+        tv_sec: libc::time_t::try_from(deadline_ns / 1_000_000_000).unwrap_or(libc::time_t::MAX),
+        tv_nsec: libc::c_long::try_from(deadline_ns % 1_000_000_000).unwrap_or_default(),
+    };
+    // SAFETY: a valid time; no remainder is asked for with an absolute deadline.
+    while unsafe {
+        libc::clock_nanosleep(
+            libc::CLOCK_MONOTONIC,
+            libc::TIMER_ABSTIME,
+            &raw const deadline,
+            std::ptr::null_mut(),
+        )
+    } == libc::EINTR
+    {}
+}

@@ -1,0 +1,174 @@
+//! A line a second about the running loop, printed by a thread of its own: the loop only stores numbers.
+
+use nav_core::controller::TickStatus;
+use nav_core::messages::{CmdVel, RunState, fault};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// The loop's newest numbers. Each is consistent in itself, not with the others.
+#[derive(Debug, Default)]
+pub struct Live {
+    ticks: AtomicU64,
+    overruns: AtomicU64,
+    allocations: AtomicU64,
+    state: AtomicU32,
+    faults: AtomicU32,
+    goal_id: AtomicU32,
+    goal_distance_bits: AtomicU32,
+    linear_bits: AtomicU32,
+    angular_bits: AtomicU32,
+    tick_max_ns: AtomicU64,
+}
+
+impl Live {
+    /// Stores what a tick did.
+    pub fn store(&self, status: &TickStatus, command: &CmdVel, goal_id: u32, tick_ns: u64) {
+        self.ticks.fetch_add(1, Relaxed);
+        self.state.store(status.state as u32, Relaxed);
+        self.faults.store(status.faults, Relaxed);
+        self.goal_id.store(goal_id, Relaxed);
+        self.goal_distance_bits.store(status.goal_distance_m.to_bits(), Relaxed);
+        self.linear_bits.store(command.linear_mps.to_bits(), Relaxed);
+        self.angular_bits.store(command.angular_radps.to_bits(), Relaxed);
+        self.tick_max_ns.fetch_max(tick_ns, Relaxed);
+    }
+
+    /// Stores what must not grow.
+    pub fn store_trouble(&self, overruns: u64, allocations: u64) {
+        self.overruns.store(overruns, Relaxed);
+        self.allocations.store(allocations, Relaxed);
+    }
+
+    /// The line, for the time since the last one.
+    fn line(&self, since_start: Duration, last_ticks: &mut u64, passed: Duration) -> String {
+        let ticks = self.ticks.load(Relaxed);
+        let rate_hz = ticks.saturating_sub(*last_ticks) as f64 / passed.as_secs_f64();
+        *last_ticks = ticks;
+        let number = |bits: &AtomicU32| f32::from_bits(bits.load(Relaxed));
+        let what = match self.state.load(Relaxed) {
+            _ if ticks == 0 => "waiting for a scan".to_owned(),
+            state if state == RunState::Driving as u32 => {
+                format!(
+                    "driving to goal {} ({:.1} m)",
+                    self.goal_id.load(Relaxed),
+                    number(&self.goal_distance_bits)
+                )
+            }
+            state if state == RunState::Reached as u32 => {
+                format!("reached goal {}", self.goal_id.load(Relaxed))
+            }
+            state if state == RunState::Stopped as u32 => "stopped".to_owned(),
+            _ => "ready".to_owned(),
+        };
+        format!(
+            "{:5.0} s  {rate_hz:6.1} Hz  {what}  v {:.2} m/s  w {:+.2} rad/s  tick max {:.0} us  overruns {}  {}{}",
+            since_start.as_secs_f64(),
+            number(&self.linear_bits),
+            number(&self.angular_bits),
+            self.tick_max_ns.swap(0, Relaxed) as f64 / 1e3,
+            self.overruns.load(Relaxed),
+            fault_names(self.faults.load(Relaxed)),
+            match self.allocations.load(Relaxed) {
+                0 => String::new(),
+                count => format!("  ALLOCATIONS {count}"),
+            }
+        )
+    }
+}
+
+/// Fault bits in words.
+pub fn fault_names(faults: u32) -> String {
+    const NAMES: [(u32, &str); 9] = [
+        (fault::STALE_SCAN, "stale scan"),
+        (fault::STALE_ODOM, "stale odometry"),
+        (fault::NO_GOAL, "no goal"),
+        (fault::NON_FINITE, "network not finite"),
+        (fault::BAD_SCAN, "unusable scan"),
+        (fault::BAD_CLOCK, "time runs wrong"),
+        (fault::SPEED_LIMITED, "speed limited"),
+        (fault::ACCELERATION_LIMITED, "acceleration limited"),
+        (fault::BAD_INPUT, "input not finite"),
+    ];
+    let named: Vec<&str> = NAMES.iter().filter(|(bit, _)| faults & bit != 0).map(|(_, name)| *name).collect();
+    if named.is_empty() { "ok".to_owned() } else { named.join(", ") }
+}
+
+/// The thread that prints; ends when dropped.
+#[derive(Debug)]
+pub struct Printer {
+    thread: Option<JoinHandle<()>>,
+    ended: Arc<std::sync::atomic::AtomicBool>,
+}
+
+impl Printer {
+    /// Prints a line a second from now on.
+    pub fn start(live: Arc<Live>) -> Self {
+        let ended = Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let seen = ended.clone();
+        let thread = std::thread::spawn(move || {
+            let started = Instant::now();
+            let (mut last, mut last_ticks) = (started, 0);
+            loop {
+                std::thread::park_timeout(Duration::from_secs(1).saturating_sub(last.elapsed()));
+                if seen.load(Relaxed) {
+                    return;
+                }
+                let passed = last.elapsed();
+                if passed >= Duration::from_secs(1) {
+                    last = Instant::now();
+                    println!("{}", live.line(started.elapsed(), &mut last_ticks, passed));
+                }
+            }
+        });
+        Self { thread: Some(thread), ended }
+    }
+}
+
+impl Drop for Printer {
+    fn drop(&mut self) {
+        self.ended.store(true, Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            // A printer that panicked has nothing to say that matters to the robot.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_says_what_happens() {
+        let live = Live::default();
+        let mut last = 0;
+        let second = Duration::from_secs(1);
+        assert!(live.line(second, &mut last, second).contains("waiting for a scan"));
+        let status = TickStatus {
+            state: RunState::Driving,
+            goal_distance_m: 3.25,
+            faults: fault::SPEED_LIMITED,
+            ..TickStatus::default()
+        };
+        for _ in 0..10 {
+            live.store(&status, &CmdVel { linear_mps: 0.5, ..CmdVel::default() }, 7, 42_000);
+        }
+        let line = live.line(second, &mut last, second);
+        for part in ["10.0 Hz", "driving to goal 7 (3.2 m)", "v 0.50", "max 42 us", "speed limited"] {
+            assert!(line.contains(part), "{part} in {line}");
+        }
+        assert!(!line.contains("ALLOCATIONS"));
+        live.store_trouble(2, 1);
+        let line = live.line(second, &mut last, second);
+        assert!(line.contains("overruns 2") && line.contains("ALLOCATIONS 1"), "{line}");
+    }
+
+    #[test]
+    fn faults_have_names() {
+        assert_eq!(fault_names(0), "ok");
+        assert_eq!(fault_names(fault::STALE_SCAN | fault::BAD_CLOCK), "stale scan, time runs wrong");
+    }
+}

@@ -1,0 +1,112 @@
+//! Driving: from checked model and open topics to the last zero command.
+//!
+//! | part | what it does |
+//! |---|---|
+//! | [`ports`] | the runtime's side of the topics |
+//! | [`grid`] | absolute deadlines, in phase with the scans |
+//! | [`drive`] | the loop: wait, read, tick, publish; nothing in it allocates |
+//! | [`realtime`] | locked memory, real-time priority, a core of its own |
+//! | [`histogram`], [`record`] | what is measured, in memory of fixed size |
+//! | [`live`] | a line a second, printed by another thread from atomics |
+//! | [`report`] | the end, for people and as JSON |
+
+pub mod drive;
+pub mod grid;
+pub mod histogram;
+pub mod live;
+pub mod ports;
+pub mod realtime;
+pub mod record;
+pub mod report;
+pub mod stop;
+
+use crate::model::{Model, ModelError};
+use drive::{DriveError, DrivePlan, End, drive};
+use live::Live;
+use nav_core::controller::ShapeError;
+use nav_ipc::{IpcConfig, IpcError, RobotName};
+use ports::Ports;
+use realtime::RealTime;
+use record::Record;
+use report::Report;
+use std::path::PathBuf;
+use std::sync::Arc;
+use stop::Stop;
+
+/// What will run, checked.
+#[derive(Clone, Debug)]
+pub struct RunPlan {
+    /// The model's folder.
+    pub model: PathBuf,
+    /// The robot's name.
+    pub robot: RobotName,
+    /// Where the shared files live.
+    pub ipc: IpcConfig,
+    /// How the loop behaves.
+    pub drive: DrivePlan,
+    /// Real-time measures to take, if any.
+    pub realtime: RealTime,
+    /// Where the JSON report goes.
+    pub report: Option<PathBuf>,
+    /// Whether to print a line a second.
+    pub show_live: bool,
+}
+
+/// Why a run failed. Each is one sentence that says what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A network of another shape.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// The topics.
+    #[error(transparent)]
+    Ipc(#[from] IpcError),
+    /// The loop.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+    /// Signals cannot be taken over.
+    #[error("signals cannot be taken over ({0}): this runtime could not be stopped safely")]
+    Signals(std::io::Error),
+    /// The report.
+    #[error("--report: {} cannot be written ({source})", path.display())]
+    Report {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// Loads, opens, drives and reports. Prints what a person at the terminal wants to know.
+///
+/// # Errors
+/// Anything that keeps the robot from being driven; whatever happens, the last command is zero.
+pub fn run(plan: &RunPlan) -> Result<End, RunError> {
+    let model = Model::read(&plan.model)?;
+    println!("{}", crate::check::headline(&model));
+    let mut controller = model.into_controller()?;
+    let mut ports = Ports::open(&plan.robot, &plan.ipc)?;
+    println!("topics of robot `{}` are open, waiting for scans", plan.robot);
+    let stop = Stop::install().map_err(RunError::Signals)?;
+    let live = Arc::new(Live::default());
+    let printer = plan.show_live.then(|| live::Printer::start(live.clone()));
+    for word in plan.realtime.enter() {
+        println!("{word}");
+    }
+    let mut record = Record::new(controller.task().control_period_ns());
+    let result = drive(&mut controller, &mut ports, &plan.drive, &stop, &live, &mut record);
+    drop(printer);
+    let ended = match &result {
+        Ok(end) => end.to_string(),
+        Err(error) => error.to_string(),
+    };
+    let report = Report::new(&record, &plan.drive, plan.robot.as_str(), ended);
+    println!("{report}");
+    if let Some(path) = &plan.report {
+        report.write(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
+    }
+    Ok(result?)
+}

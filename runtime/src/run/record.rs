@@ -1,0 +1,203 @@
+//! What a run measures, in memory of fixed size.
+
+use super::histogram::Histogram;
+use crate::alloc::Counts;
+use nav_core::controller::{Inputs, TickStatus};
+use nav_core::messages::{Odometry, RunState, fault};
+
+/// Number of states and fault bits that are counted.
+const STATES: usize = 4;
+const FAULT_BITS: usize = 9;
+
+/// See the module. Nothing here allocates after [`Record::new`].
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// The control period, ns.
+    pub period_ns: u64,
+    /// Ticks done.
+    pub ticks: u64,
+    /// Ticks that ended after the next deadline.
+    pub overruns: u64,
+    /// Whole periods skipped because of them.
+    pub skipped_periods: u64,
+    /// From wake-up to the published command, ns.
+    pub tick: Histogram,
+    /// The controller alone: observation, networks, guard, ns.
+    pub controller: Histogram,
+    /// From the scan's stamp to the published command, ns; of new scans, in clock pace only.
+    pub scan_to_command: Histogram,
+    /// How late the loop woke up when no scan started the tick, ns.
+    pub wake_late: Histogram,
+    /// Difference between one period and the next, ns; clock pace only.
+    pub jitter: Histogram,
+    /// Ticks in each [`RunState`].
+    pub states: [u64; STATES],
+    /// Ticks with each fault bit.
+    pub faults: [u64; FAULT_BITS],
+    /// Goals received.
+    pub goals: u64,
+    /// Goals reached, or less than a step away when the next one came.
+    pub goals_reached: u64,
+    /// Driven as the odometry saw it, m.
+    pub distance_m: f64,
+    /// Allocations and releases in the loop, after arming.
+    pub heap: Counts,
+    /// Peers that joined or left after arming, and what connecting to them took.
+    pub reconnects: u64,
+    /// See `reconnects`.
+    pub reconnect_heap: Counts,
+    /// Ticks that decided on a subgoal.
+    pub decisions: u64,
+    /// When the loop was armed and when it ended, ns.
+    pub armed_ns: u64,
+    /// See `armed_ns`.
+    pub ended_ns: u64,
+    goal_id: Option<u32>,
+    goal_done: bool,
+    last_goal_gap_m: f32,
+    last_odom: Odometry,
+    last_tick_ns: Option<u64>,
+    last_interval_ns: Option<u64>,
+}
+
+impl Record {
+    /// Nothing measured yet.
+    pub fn new(period_ns: u64) -> Self {
+        Self {
+            period_ns,
+            ticks: 0,
+            overruns: 0,
+            skipped_periods: 0,
+            tick: Histogram::default(),
+            controller: Histogram::default(),
+            scan_to_command: Histogram::default(),
+            wake_late: Histogram::default(),
+            jitter: Histogram::default(),
+            states: [0; STATES],
+            faults: [0; FAULT_BITS],
+            goals: 0,
+            goals_reached: 0,
+            distance_m: 0.0,
+            heap: Counts::default(),
+            reconnects: 0,
+            reconnect_heap: Counts::default(),
+            decisions: 0,
+            armed_ns: 0,
+            ended_ns: 0,
+            goal_id: None,
+            goal_done: false,
+            last_goal_gap_m: f32::INFINITY,
+            last_odom: Odometry::default(),
+            last_tick_ns: None,
+            last_interval_ns: None,
+        }
+    }
+
+    /// Counts what a tick did. `step_max_m` is the way of one period at full speed, m.
+    pub fn note(&mut self, inputs: &Inputs<'_>, status: &TickStatus, step_max_m: f32) {
+        self.ticks += 1;
+        self.states[(status.state as usize).min(STATES - 1)] += 1;
+        for (bit, count) in self.faults.iter_mut().enumerate() {
+            *count += u64::from(status.faults >> bit & 1);
+        }
+        self.decisions += u64::from(status.decided.is_some());
+        self.note_goal(inputs, status, step_max_m);
+        self.note_distance(inputs.odom, step_max_m);
+    }
+
+    fn note_goal(&mut self, inputs: &Inputs<'_>, status: &TickStatus, step_max_m: f32) {
+        if status.faults & fault::STOPPING != 0 {
+            return;
+        }
+        if self.goal_id != Some(inputs.goal.id) {
+            // A simulator moves on as soon as the goal is reached, so that its last scan shows the step before.
+            self.goals_reached += u64::from(!self.goal_done && self.last_goal_gap_m <= step_max_m);
+            self.goal_id = Some(inputs.goal.id);
+            self.goal_done = false;
+            self.goals += 1;
+        }
+        if status.state == RunState::Reached && !self.goal_done {
+            self.goal_done = true;
+            self.goals_reached += 1;
+        }
+        self.last_goal_gap_m = status.goal_distance_m - inputs.goal.radius_m;
+    }
+
+    /// A jump that no robot can make (a new episode, a reset of the odometry) is no distance.
+    fn note_distance(&mut self, odom: &Odometry, step_max_m: f32) {
+        let steps = odom.header.seq.saturating_sub(self.last_odom.header.seq);
+        let moved_m = (odom.pose.position() - self.last_odom.pose.position()).norm();
+        if self.last_odom.header.is_received() && moved_m <= 2.0 * step_max_m * steps as f32 {
+            self.distance_m += f64::from(moved_m);
+        }
+        self.last_odom = *odom;
+    }
+
+    /// Counts when a tick began, for the jitter.
+    pub fn note_start(&mut self, woken_ns: u64) {
+        let interval_ns = self.last_tick_ns.map(|last_ns| woken_ns.saturating_sub(last_ns));
+        if let (Some(interval_ns), Some(last_ns)) = (interval_ns, self.last_interval_ns) {
+            self.jitter.record(interval_ns.abs_diff(last_ns));
+        }
+        self.last_interval_ns = interval_ns;
+        self.last_tick_ns = Some(woken_ns);
+    }
+
+    /// Counts periods that were skipped after a late tick.
+    pub fn note_skipped(&mut self, skipped: u64) {
+        self.overruns += u64::from(skipped > 0);
+        self.skipped_periods += skipped;
+    }
+
+    /// The last goal counts as reached if the run ended within a step of it: its simulator left at once.
+    pub fn close(&mut self, ended_ns: u64, peer_left: bool, step_max_m: f32) {
+        self.ended_ns = ended_ns;
+        if peer_left && !self.goal_done && self.last_goal_gap_m <= step_max_m {
+            self.goals_reached += 1;
+            self.goal_done = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nav_core::geometry::Pose;
+    use nav_core::messages::{Goal, Header, LaserScan};
+
+    fn tick(record: &mut Record, seq: u64, x_m: f32, goal: (u32, f32), state: RunState) {
+        let header = Header { stamp_ns: seq, seq };
+        let odom = Odometry { header, pose: Pose::new(x_m, 0.0, 0.0), ..Odometry::default() };
+        let message = Goal { header, id: goal.0, radius_m: 0.3, ..Goal::default() };
+        let scan = LaserScan::default();
+        let status = TickStatus { state, goal_distance_m: goal.1, ..TickStatus::default() };
+        record.note(&Inputs { scan: &scan, odom: &odom, goal: &message }, &status, 0.1);
+    }
+
+    #[test]
+    fn distance_ignores_jumps_and_goals_are_counted_once() {
+        let mut record = Record::new(100);
+        for step in 0..11_u16 {
+            tick(&mut record, u64::from(step) + 1, f32::from(step) * 0.1, (1, 5.0), RunState::Driving);
+        }
+        tick(&mut record, 12, 1.05, (1, 0.2), RunState::Reached);
+        tick(&mut record, 13, 1.05, (1, 0.2), RunState::Reached);
+        // A new episode elsewhere; it ends one step before the goal, as a simulator shows it.
+        tick(&mut record, 14, -7.0, (2, 0.35), RunState::Driving);
+        tick(&mut record, 15, -7.0, (3, 9.0), RunState::Driving);
+        record.close(0, true, 0.1);
+        assert!((record.distance_m - 1.05).abs() < 1e-5, "{}", record.distance_m);
+        assert_eq!((record.goals, record.goals_reached), (3, 2));
+        assert_eq!(record.states[RunState::Reached as usize], 2);
+    }
+
+    #[test]
+    fn jitter_is_the_change_of_the_interval() {
+        let mut record = Record::new(100);
+        for start_ns in [0, 100, 200, 350, 450] {
+            record.note_start(start_ns);
+        }
+        let jitter = record.jitter.percentiles();
+        assert_eq!((jitter.count, jitter.max_ns), (3, 50));
+    }
+}

@@ -1,0 +1,190 @@
+//! The end of a run, for people and as JSON.
+
+use super::drive::{DrivePlan, Pace};
+use super::histogram::Percentiles;
+use super::live::fault_names;
+use super::record::Record;
+use nav_core::messages::RunState;
+use serde::Serialize;
+use std::path::Path;
+
+/// See the module.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Version of this program.
+    pub runtime_version: &'static str,
+    /// Name of the robot.
+    pub robot: String,
+    /// How time passed.
+    pub pace: Pace,
+    /// Why the run ended, as a sentence.
+    pub ended: String,
+    /// From arming to the end, s.
+    pub duration_s: f64,
+    /// Control period, s.
+    pub period_s: f64,
+    /// Ticks done.
+    pub ticks: u64,
+    /// Ticks that ended after the next deadline.
+    pub overruns: u64,
+    /// Whole periods skipped because of them.
+    pub skipped_periods: u64,
+    /// Ticks that decided on a subgoal.
+    pub decisions: u64,
+    /// Goals received.
+    pub goals: u64,
+    /// Goals reached, or less than a step away when the next one came.
+    pub goals_reached: u64,
+    /// Driven as the odometry saw it, m.
+    pub distance_m: f64,
+    /// Allocations and releases in the loop after arming; peers that joined or left not counted.
+    pub allocations: u64,
+    /// See `allocations`.
+    pub frees: u64,
+    /// Whether this program counts them at all.
+    pub allocations_counted: bool,
+    /// Times that a peer joined or left after arming.
+    pub reconnects: u64,
+    /// Allocations that these took.
+    pub reconnect_allocations: u64,
+    /// From wake-up to the published command.
+    pub tick: Percentiles,
+    /// The controller alone.
+    pub controller: Percentiles,
+    /// From the scan's stamp to the published command.
+    pub scan_to_command: Percentiles,
+    /// How late the loop woke up when no scan started the tick.
+    pub wake_late: Percentiles,
+    /// Difference between one period and the next.
+    pub jitter: Percentiles,
+    /// Ticks in each state.
+    pub states: States,
+    /// Ticks with each fault that occurred.
+    pub faults: Vec<FaultCount>,
+}
+
+/// Ticks in each state.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct States {
+    /// Commanding zero: no goal, or input missing.
+    pub ready: u64,
+    /// Driving.
+    pub driving: u64,
+    /// At the goal.
+    pub reached: u64,
+    /// Held by a fault.
+    pub stopped: u64,
+}
+
+/// Ticks with a fault.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultCount {
+    /// Its name.
+    pub fault: String,
+    /// How many ticks.
+    pub ticks: u64,
+}
+
+impl Report {
+    /// Adds up a record.
+    pub fn new(record: &Record, plan: &DrivePlan, robot: &str, ended: String) -> Self {
+        let state = |state: RunState| record.states[state as usize];
+        let armed_ns = if record.armed_ns == 0 { record.ended_ns } else { record.armed_ns };
+        let faults = record.faults.iter().enumerate().filter(|(_, ticks)| **ticks > 0);
+        Self {
+            runtime_version: env!("CARGO_PKG_VERSION"),
+            robot: robot.to_owned(),
+            pace: plan.pace,
+            ended,
+            duration_s: record.ended_ns.saturating_sub(armed_ns) as f64 / 1e9,
+            period_s: plan.period_ns.unwrap_or(record.period_ns) as f64 / 1e9,
+            ticks: record.ticks,
+            overruns: record.overruns,
+            skipped_periods: record.skipped_periods,
+            decisions: record.decisions,
+            goals: record.goals,
+            goals_reached: record.goals_reached,
+            distance_m: record.distance_m,
+            allocations: record.heap.allocations,
+            frees: record.heap.frees,
+            allocations_counted: crate::alloc::is_installed(),
+            reconnects: record.reconnects,
+            reconnect_allocations: record.reconnect_heap.allocations,
+            tick: record.tick.percentiles(),
+            controller: record.controller.percentiles(),
+            scan_to_command: record.scan_to_command.percentiles(),
+            wake_late: record.wake_late.percentiles(),
+            jitter: record.jitter.percentiles(),
+            states: States {
+                ready: state(RunState::Ready),
+                driving: state(RunState::Driving),
+                reached: state(RunState::Reached),
+                stopped: state(RunState::Stopped),
+            },
+            faults: faults
+                .map(|(bit, ticks)| FaultCount { fault: fault_names(1 << bit), ticks: *ticks })
+                .collect(),
+        }
+    }
+
+    /// Writes the file whole or not at all.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> std::io::Result<()> {
+        write_json(path, self)
+    }
+}
+
+/// Writes a JSON file whole or not at all.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_json(path: &Path, content: &impl Serialize) -> std::io::Result<()> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder)?;
+    }
+    let text = serde_json::to_string_pretty(content)?;
+    let partial = path.with_extension("partial");
+    std::fs::write(&partial, text + "\n")?;
+    std::fs::rename(&partial, path)
+}
+
+impl std::fmt::Display for Report {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "ended: {}", self.ended)?;
+        writeln!(
+            f,
+            "{} ticks in {:.1} s, {} overruns ({} periods skipped), {} decisions",
+            self.ticks, self.duration_s, self.overruns, self.skipped_periods, self.decisions
+        )?;
+        writeln!(f, "{} goals, {} reached, {:.1} m driven", self.goals, self.goals_reached, self.distance_m)?;
+        let heap = if self.allocations_counted { "" } else { " (not counted: no counting allocator)" };
+        writeln!(
+            f,
+            "{} allocations in the loop{heap}; {} peers joined or left",
+            self.allocations, self.reconnects
+        )?;
+        for fault in &self.faults {
+            writeln!(f, "{} ticks with {}", fault.ticks, fault.fault)?;
+        }
+        writeln!(f, "{:<34} {:>9} {:>9} {:>9} {:>9}", "us", "p50", "p99", "p99.9", "max")?;
+        let rows = [
+            ("wake-up to command", &self.tick),
+            ("of that, controller and networks", &self.controller),
+            ("scan to command", &self.scan_to_command),
+            ("wake-up late", &self.wake_late),
+            ("period to period", &self.jitter),
+        ];
+        let filled: Vec<String> =
+            rows.iter().filter(|(_, p)| p.count > 0).map(|(name, p)| row(name, p)).collect();
+        f.write_str(&filled.join("\n"))
+    }
+}
+
+/// A line of a table of percentiles, us.
+pub fn row(name: &str, percentiles: &Percentiles) -> String {
+    let us = |ns: u64| ns as f64 / 1e3;
+    let Percentiles { p50_ns, p99_ns, p999_ns, max_ns, .. } = *percentiles;
+    format!("{name:<34} {:>9.1} {:>9.1} {:>9.1} {:>9.1}", us(p50_ns), us(p99_ns), us(p999_ns), us(max_ns))
+}

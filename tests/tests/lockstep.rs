@@ -1,0 +1,134 @@
+//! The same worlds driven in this process and through the two processes give the same trajectories, to the bit.
+
+mod support;
+
+use nav_core::controller::Inputs;
+use nav_core::geometry::Pose;
+use nav_core::messages::{Goal, Header, LaserScan, Odometry};
+use nav_core::task::Task;
+use nav_sim::disturbance::Disturbance;
+use nav_sim::families::{Family, Split, generate};
+use nav_sim::simulation::{Simulation, Twist};
+use runtime::model::Model;
+use std::sync::Arc;
+use support::programs::{Running, run};
+use support::{Stage, read_json};
+
+const EPISODES: u64 = 2;
+
+/// Poses of each episode from the start on, driven by the controller in this process.
+fn in_process(stage: &Stage, family: Family, seed: u64, disturbance: &Disturbance) -> Vec<Vec<Pose>> {
+    let model = Model::read(&stage.model()).expect("the fixture");
+    let task = Task {
+        episode_steps: model.manifest().task.episode_steps.max(family.episode_steps()),
+        ..model.manifest().task
+    };
+    let mut controller = model.into_controller().expect("a controller");
+    let mut scan = Box::<LaserScan>::default();
+    let mut seq = 0;
+    let mut episodes = Vec::new();
+    for episode in 0..EPISODES {
+        let seed = seed + episode;
+        let world = Arc::new(generate(family, Split::Test, seed));
+        let mut simulation = Simulation::new(world, &task, disturbance, seed);
+        let mut poses = vec![simulation.pose()];
+        loop {
+            seq += 1;
+            let header = Header { stamp_ns: seq * task.control_period_ns(), seq };
+            simulation.scan(&mut scan);
+            scan.header = header;
+            let odom = Odometry { header, ..simulation.odometry() };
+            let goal = Goal { header, ..simulation.goal(episode as u32 + 1) };
+            let (command, _) =
+                controller.tick(header.stamp_ns, Inputs { scan: &scan, odom: &odom, goal: &goal });
+            let target = Twist { linear_mps: command.linear_mps, angular_radps: command.angular_radps };
+            let outcome = simulation.step(target);
+            poses.push(simulation.pose());
+            if outcome.is_over() {
+                break;
+            }
+        }
+        episodes.push(poses);
+    }
+    episodes
+}
+
+fn through_processes(stage: &Stage, family: Family, seed: u64, disturbance: &str) -> serde_json::Value {
+    let report = stage.path("report.json");
+    let (seed, episodes) = (seed.to_string(), EPISODES.to_string());
+    let path = report.to_str().expect("a plain path");
+    let simulator = Running::start(
+        "simulator",
+        stage,
+        &[
+            "--family",
+            family.id(),
+            "--seed",
+            &seed,
+            "--episodes",
+            &episodes,
+            "--pace",
+            "lockstep",
+            "--disturbance",
+            disturbance,
+            "--poses",
+            "--report",
+            path,
+        ],
+    );
+    let runtime = run("runtime", stage, &["run", "--pace", "scan", "--assert-no-alloc"]).succeeded();
+    assert!(runtime.stdout.contains("\n0 allocations in the loop;"), "{}", runtime.stdout);
+    simulator.end().succeeded();
+    read_json(&report)
+}
+
+fn bits(pose: &Pose) -> [u32; 3] {
+    [pose.x_m, pose.y_m, pose.yaw_rad].map(f32::to_bits)
+}
+
+fn assert_equal(family: Family, seed: u64, name: &str, disturbance: &Disturbance) {
+    let stage = Stage::new();
+    let expected = in_process(&stage, family, seed, disturbance);
+    let report = through_processes(&stage, family, seed, name);
+    let episodes = report["episodes"].as_array().expect("episodes");
+    assert_eq!(episodes.len(), expected.len());
+    for (episode, expected) in episodes.iter().zip(&expected) {
+        let poses: Vec<[f32; 3]> = serde_json::from_value(episode["poses"].clone()).expect("poses");
+        let moved = (expected[0].position() - expected[expected.len() / 2].position()).norm();
+        assert!(moved > 0.2, "{family}: a robot that stands proves nothing");
+        for (step, (found, expected)) in poses.iter().zip(expected).enumerate() {
+            assert_eq!(found.map(f32::to_bits), bits(expected), "{family}, step {step}");
+        }
+        assert_eq!(poses.len(), expected.len(), "{family}");
+        assert_eq!(episode["stale_steps"], 0);
+    }
+}
+
+#[test]
+fn in_clutter() {
+    assert_equal(Family::Clutter, 3, "none", &Disturbance::none());
+}
+
+#[test]
+fn in_a_maze_with_all_disturbances() {
+    assert_equal(Family::Maze, 5, "trained", &Disturbance::trained());
+}
+
+#[test]
+fn among_people() {
+    assert_equal(Family::Crowd, 7, "none", &Disturbance::none());
+}
+
+#[test]
+fn two_runs_of_the_processes_are_equal_and_other_seeds_are_not() {
+    let hashes = |seed| {
+        let stage = Stage::new();
+        let report = through_processes(&stage, Family::UTrap, seed, "trained");
+        let episodes = report["episodes"].as_array().expect("episodes").clone();
+        let hash = |episode: &serde_json::Value| episode["trajectory_hash"].as_str().map(str::to_owned);
+        episodes.iter().map(hash).collect::<Option<Vec<_>>>().expect("hashes")
+    };
+    let first = hashes(20);
+    assert_eq!(first, hashes(20));
+    assert_ne!(first[0], first[1], "another world is another trajectory");
+}

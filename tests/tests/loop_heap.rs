@@ -1,0 +1,103 @@
+//! The proof that the loop does not allocate is itself proved: a controller that does is counted.
+
+mod support;
+
+use nav_core::controller::{Inputs, TickStatus};
+use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
+use nav_core::task::Task;
+use nav_ipc::clock::monotonic_ns;
+use nav_ipc::{IpcConfig, RobotName, RobotNode};
+use runtime::alloc::CheckedAllocator;
+use runtime::run::drive::{DrivePlan, End, Pace, Tick, drive};
+use runtime::run::live::Live;
+use runtime::run::ports::Ports;
+use runtime::run::record::Record;
+use runtime::run::stop::Stop;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use support::Stage;
+
+#[global_allocator]
+static ALLOCATOR: CheckedAllocator = CheckedAllocator;
+
+/// A controller that drives straight on, and allocates in every tenth tick if told to.
+struct Stub {
+    task: Task,
+    allocates: bool,
+    ticks: u64,
+}
+
+impl Tick for Stub {
+    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
+        self.ticks += 1;
+        if self.allocates && self.ticks % 10 == 0 {
+            drop(std::hint::black_box(vec![self.ticks; 3]));
+        }
+        let header = Header { stamp_ns: now_ns, seq: self.ticks };
+        let command = CmdVel { header, scan_seq: inputs.scan.header.seq, ..CmdVel::default() };
+        (command, TickStatus::default())
+    }
+
+    fn task(&self) -> &Task {
+        &self.task
+    }
+}
+
+/// Publishes scans at 200 Hz until told to end.
+fn publisher(config: IpcConfig, ended: Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
+    std::thread::spawn(move || {
+        let robot = RobotName::new("robot").expect("a plain name");
+        let node = RobotNode::open(&robot, &config).expect("a node");
+        let scan_out = node.writer::<LaserScan>().expect("the scan writer");
+        let odom_out = node.writer::<Odometry>().expect("the odometry writer");
+        let goal_out = node.writer::<Goal>().expect("the goal writer");
+        let mut scan = Box::<LaserScan>::default();
+        for seq in 1.. {
+            if ended.load(Ordering::Relaxed) {
+                break;
+            }
+            let header = Header { stamp_ns: monotonic_ns(), seq };
+            odom_out.write(&Odometry { header, ..Odometry::default() }).expect("sent");
+            goal_out.write(&Goal { header, ..Goal::default() }).expect("sent");
+            scan.header = header;
+            scan_out.write(&scan).expect("sent");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    })
+}
+
+fn heap_of_a_run(pace: Pace, allocates: bool) -> (Record, u64) {
+    let stage = Stage::new();
+    let config = IpcConfig::in_folder(&stage.ipc_root()).expect("a short path");
+    let mut ports = Ports::open(&RobotName::new("robot").expect("a plain name"), &config).expect("ports");
+    let ended = Arc::new(AtomicBool::new(false));
+    let publisher = publisher(config, ended.clone());
+    let plan = DrivePlan {
+        pace,
+        duration: Some(Duration::from_millis(700)),
+        idle_exit: Some(Duration::from_secs(20)),
+        exit_with_peer: false,
+        assert_no_alloc: false,
+        period_ns: Some(5_000_000),
+    };
+    let mut stub = Stub { task: Task::default(), allocates, ticks: 0 };
+    let mut record = Record::new(5_000_000);
+    let end = drive(&mut stub, &mut ports, &plan, &Stop::default(), &Live::default(), &mut record);
+    assert_eq!(end.expect("a good run"), End::Duration);
+    ended.store(true, Ordering::Relaxed);
+    publisher.join().expect("the publisher ended well");
+    (record, stub.ticks)
+}
+
+#[test]
+fn a_loop_that_allocates_is_caught_and_one_that_does_not_is_not() {
+    for pace in [Pace::Clock, Pace::Scan] {
+        let (record, ticks) = heap_of_a_run(pace, true);
+        assert!(ticks > 20, "{pace:?}: {ticks}");
+        assert_eq!(record.heap.allocations, ticks / 10, "{pace:?}: one in ten ticks");
+        let (record, ticks) = heap_of_a_run(pace, false);
+        assert_eq!((record.heap.allocations, record.heap.frees), (0, 0), "{pace:?}, {ticks} ticks");
+        assert_eq!(record.ticks, ticks);
+    }
+}

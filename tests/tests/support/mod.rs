@@ -1,0 +1,51 @@
+//! What the process tests share: the programs, a small model, a stage of their own.
+#![allow(dead_code, unused_imports, unreachable_pub, reason = "a module of each test binary, which uses a part")]
+
+pub mod fixture;
+#[path = "../../../runtime/tests/support/onnx.rs"]
+pub mod onnx;
+pub mod programs;
+
+use nav_ipc::{IpcConfig, RobotName, RobotNode};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// Folders of one test: shared files, a model, and room for reports.
+pub struct Stage {
+    folder: TempDir,
+}
+
+impl Stage {
+    /// Apart from every other test, with the fixture's model.
+    pub fn new() -> Self {
+        // Sockets need a short path, whatever TMPDIR says.
+        let folder = tempfile::Builder::new().prefix("nav").tempdir_in("/tmp").expect("a scratch folder");
+        let stage = Self { folder };
+        fixture::write_model(&stage.model());
+        stage
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn model(&self) -> PathBuf {
+        self.path("model")
+    }
+
+    pub fn ipc_root(&self) -> PathBuf {
+        self.path("ipc")
+    }
+
+    /// A node of the test itself among the robot's programs.
+    pub fn node(&self) -> RobotNode {
+        let config = IpcConfig::in_folder(&self.ipc_root()).expect("a short path");
+        RobotNode::open(&RobotName::new("robot").expect("a plain name"), &config).expect("a node")
+    }
+}
+
+/// A JSON file.
+pub fn read_json(path: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
