@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 use crate::load::{
-    Arena, FileBytes, FileError, LoadError, LoadedNetwork, MAX_MODEL_BYTES, NetworkContract, Port, load_network,
-    read_file,
+    Arena, FileBytes, FileError, LoadError, LoadedNetwork, MAX_MODEL_BYTES, NetworkContract, Port,
+    load_network, read_file,
 };
 
 /// The largest difference between executor and golden pair, relative to the larger of one and the golden value.
@@ -110,7 +110,9 @@ pub enum ModelError {
         difference: f32,
     },
     /// There are fewer golden pairs than a model must have, or they have other lengths.
-    #[error("the {network} network comes with {found} usable golden pairs, at least {GOLDEN_PAIRS_MIN} are needed")]
+    #[error(
+        "the {network} network comes with {found} usable golden pairs, at least {GOLDEN_PAIRS_MIN} are needed"
+    )]
     GoldenCount {
         /// Which network.
         network: &'static str,
@@ -138,7 +140,8 @@ impl Model {
     pub fn read(folder: &Path) -> Result<Self, ModelError> {
         let manifest_path = folder.join(MANIFEST_FILE);
         if !manifest_path.exists() {
-            let reason = if folder.is_dir() { "it holds no manifest.json" } else { "the folder does not exist" };
+            let reason =
+                if folder.is_dir() { "it holds no manifest.json" } else { "the folder does not exist" };
             return Err(ModelError::Missing { folder: folder.to_path_buf(), reason: reason.to_owned() });
         }
         let manifest: Manifest = parse_json(&manifest_path, &read_file(&manifest_path, MAX_JSON_BYTES)?)?;
@@ -150,14 +153,8 @@ impl Model {
         };
         let golden_path = folder.join(manifest.golden.file.as_str());
         let golden = parse_json(&golden_path, &read_hashed(folder, &manifest.golden, MAX_JSON_BYTES)?)?;
-        let mut model = Self {
-            folder: folder.to_path_buf(),
-            manifest,
-            td3,
-            dqn,
-            golden,
-            golden_difference: 0.0,
-        };
+        let mut model =
+            Self { folder: folder.to_path_buf(), manifest, td3, dqn, golden, golden_difference: 0.0 };
         model.check_golden()?;
         Ok(model)
     }
@@ -237,7 +234,10 @@ pub fn actor_contract() -> NetworkContract {
 
 /// Names and shapes of the high level: `candidates` [18, 111] to `q` [18, 1].
 pub fn scorer_contract() -> NetworkContract {
-    NetworkContract::new(Port::new("candidates", ACTION_COUNT, CANDIDATE_FEATURES), Port::new("q", ACTION_COUNT, 1))
+    NetworkContract::new(
+        Port::new("candidates", ACTION_COUNT, CANDIDATE_FEATURES),
+        Port::new("q", ACTION_COUNT, 1),
+    )
 }
 
 fn read_hashed(folder: &Path, entry: &FileEntry, limit_bytes: u64) -> Result<FileBytes, ModelError> {
@@ -274,7 +274,8 @@ fn compare_golden(
 ) -> Result<f32, ModelError> {
     let network = loaded.network_mut();
     let mut answer = vec![0.0; network.output_len()];
-    let fits = |pair: &&GoldenPair| pair.observation.len() == observation_len && pair.answer.len() == answer.len();
+    let fits =
+        |pair: &&GoldenPair| pair.observation.len() == observation_len && pair.answer.len() == answer.len();
     let usable = pairs.iter().filter(fits).count();
     if usable < GOLDEN_PAIRS_MIN || usable != pairs.len() {
         return Err(ModelError::GoldenCount { network: name, found: usable });

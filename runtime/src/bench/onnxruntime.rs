@@ -2,9 +2,11 @@
 
 use super::BenchError;
 use crate::load::{NetworkContract, PARITY_TOLERANCE};
+use ort::environment::Environment;
 use ort::session::{IoBinding, Session};
 use ort::value::Tensor;
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// How far ONNX Runtime may be from tract before its times mean nothing.
 const TOLERANCE: f32 = 10.0 * PARITY_TOLERANCE;
@@ -29,8 +31,7 @@ pub(super) struct BoundSession {
 impl BoundSession {
     pub(super) fn new(onnx: &[u8], contract: &NetworkContract, input: &[f32]) -> Result<Self, BenchError> {
         let shape = |port: &crate::load::Port| [port.rows, port.cols];
-        let environment = ort::init().build().map_err(failed)?;
-        let session = Session::builder(&environment)
+        let session = Session::builder(environment()?)
             .map_err(failed)?
             .with_intra_threads(1)
             .map_err(failed)?
@@ -39,8 +40,8 @@ impl BoundSession {
         let mut binding = session.create_binding().map_err(failed)?;
         let input = Tensor::from_array((shape(&contract.input), input.to_vec())).map_err(failed)?;
         binding.bind_input(&contract.input.name, &input).map_err(failed)?;
-        let zeros = vec![0.0_f32; contract.output.elements()];
-        let output = Tensor::from_array((shape(&contract.output), zeros)).map_err(failed)?;
+        // Only memory of its own allocator can be bound as output.
+        let output = Tensor::<f32>::new(session.allocator(), shape(&contract.output)).map_err(failed)?;
         binding.bind_output(&contract.output.name, output).map_err(failed)?;
         Ok(Self { session, binding, output: contract.output.name.clone() })
     }
@@ -61,6 +62,16 @@ impl BoundSession {
             Err(BenchError::OnnxRuntime { problem: "its result differs from tract's".to_owned() })
         }
     }
+}
+
+/// The environment of this process; ONNX Runtime allows one.
+fn environment() -> Result<&'static Environment, BenchError> {
+    static ENVIRONMENT: OnceLock<Environment> = OnceLock::new();
+    if let Some(environment) = ENVIRONMENT.get() {
+        return Ok(environment);
+    }
+    let environment = ort::init().build().map_err(failed)?;
+    Ok(ENVIRONMENT.get_or_init(|| environment))
 }
 
 fn failed(error: impl std::fmt::Display) -> BenchError {

@@ -18,10 +18,10 @@ pub mod drawing;
 
 pub mod simulation;
 
-pub mod dynamics;
-pub mod odometer;
-pub mod disturbance;
-pub mod obstacles;
 pub mod collision;
+pub mod disturbance;
+pub mod dynamics;
 pub mod lidar;
+pub mod obstacles;
+pub mod odometer;
 pub mod people;
