@@ -1,5 +1,10 @@
 //! What the process tests share: the programs, a small model, a stage of their own.
-#![allow(dead_code, unused_imports, unreachable_pub, reason = "a module of each test binary, which uses a part")]
+#![allow(
+    dead_code,
+    unused_imports,
+    unreachable_pub,
+    reason = "a module of each test binary, which uses a part"
+)]
 
 pub mod fixture;
 #[path = "../../../runtime/tests/support/onnx.rs"]
