@@ -61,7 +61,7 @@ pub enum ModelError {
         reason: String,
     },
     /// A file could not be read.
-    #[error("{0}")]
+    #[error(transparent)]
     File(#[from] FileError),
     /// A JSON file is damaged, or has fields that this build does not know.
     #[error("{} is damaged or of another version: {problem}; export the model again", path.display())]
@@ -72,7 +72,7 @@ pub enum ModelError {
         problem: String,
     },
     /// The manifest does not fit this build.
-    #[error("{0}")]
+    #[error(transparent)]
     Manifest(#[from] ManifestError),
     /// A file is not the one that the manifest was written for.
     #[error(
@@ -89,7 +89,7 @@ pub enum ModelError {
         found: String,
     },
     /// A network was refused.
-    #[error("{}: {source}", path.display())]
+    #[error("the network {} was refused", path.display())]
     Network {
         /// The file.
         path: PathBuf,

@@ -62,7 +62,7 @@ pub enum LoopBenchError {
     #[error(transparent)]
     Drive(#[from] DriveError),
     /// Processes, files or limits.
-    #[error("{what} ({source})")]
+    #[error("{what}")]
     System {
         /// What failed, and what to do.
         what: String,

@@ -26,7 +26,7 @@ impl FileBytes {
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// It is missing, not permitted, or failed while being read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}", path.display())]
     Io {
         /// The file.
         path: PathBuf,

@@ -71,7 +71,7 @@ pub enum RunError {
     #[error("signals cannot be taken over ({0}): this runtime could not be stopped safely")]
     Signals(std::io::Error),
     /// The report.
-    #[error("--report: {} cannot be written ({source})", path.display())]
+    #[error("--report: {} cannot be written", path.display())]
     Report {
         /// The file.
         path: PathBuf,

@@ -25,6 +25,10 @@ const HOLD_MIN_STEPS: u32 = 4;
 /// The robot is stuck when it has moved less than [`STUCK_M`] in this many steps.
 const STUCK_STEPS: usize = 10;
 const STUCK_M: f32 = 0.1;
+/// The robot has arrived within this share of the goal's radius.
+const ARRIVAL_SHARE: f32 = 0.3;
+/// Or inside the radius, when it is this much farther from the centre than it was at best, m.
+const ARRIVAL_SLACK_M: f32 = 0.02;
 /// Closing speeds below this are noise, m/s.
 const CLOSING_MIN_MPS: f32 = 0.3;
 
@@ -82,6 +86,7 @@ pub struct Navigator {
     trail: [Point; STUCK_STEPS],
     steps: u32,
     best_distance_m: f32,
+    has_arrived: bool,
     decision: Option<ActiveDecision>,
     last_action: Option<usize>,
     last_bearing_rad: f32,
@@ -114,6 +119,7 @@ impl Navigator {
             trail: [Point::origin(); STUCK_STEPS],
             steps: 0,
             best_distance_m: f32::INFINITY,
+            has_arrived: false,
             decision: None,
             last_action: None,
             last_bearing_rad: 0.0,
@@ -144,6 +150,7 @@ impl Navigator {
         self.remember(is_new);
         self.candidates = None;
         self.best_distance_m = self.best_distance_m.min(self.goal_distance_m());
+        self.has_arrived |= self.arrives();
         if let Some(decision) = &mut self.decision {
             decision.held_steps += 1;
         }
@@ -153,6 +160,7 @@ impl Navigator {
         self.goal_id = Some(goal_id);
         self.steps = 0;
         self.best_distance_m = f32::INFINITY;
+        self.has_arrived = false;
         self.decision = None;
         self.last_action = None;
         self.map.clear(self.pose.position());
@@ -218,9 +226,20 @@ impl Navigator {
         (self.goal - self.pose.position()).norm()
     }
 
-    /// Whether the goal is reached.
+    /// Whether the goal of the present id was reached; it stays reached.
+    ///
+    /// Odometry drifts, so that the robot does not stop at the rim of the goal's radius: it drives on towards
+    /// the centre until it is within [`ARRIVAL_SHARE`] of the radius, or no longer comes closer.
     pub fn goal_reached(&self) -> bool {
-        self.goal_id.is_some() && self.goal_distance_m() < self.goal_radius_m
+        self.has_arrived
+    }
+
+    fn arrives(&self) -> bool {
+        let distance_m = self.goal_distance_m();
+        let was_inside = self.best_distance_m < self.goal_radius_m;
+        was_inside
+            && (distance_m < ARRIVAL_SHARE * self.goal_radius_m
+                || distance_m > self.best_distance_m + ARRIVAL_SLACK_M)
     }
 
     /// The newest pose, `odom_from_robot`.

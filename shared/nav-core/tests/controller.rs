@@ -192,3 +192,22 @@ fn networks_of_another_shape_are_refused_by_name() {
         .expect_err("refused");
     assert!(error.to_string().contains("td3") && error.to_string().contains("79"), "{error}");
 }
+
+/// Odometry drifts: the robot goes on to the middle of the goal, and stops there for good.
+#[test]
+fn it_drives_on_to_the_middle_of_the_goal() {
+    let task = Task::default();
+    let mut controller = controller(&task);
+    let mut state_at = |seq: u64, distance_m: f32, id: u32| {
+        let (scan, mut odom, goal) = messages(&task, seq, id);
+        odom.pose = Pose::new(8.0 - distance_m, 3.0, 0.0);
+        controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal }).1.state
+    };
+    assert_eq!(state_at(1, 0.5, 1), RunState::Driving);
+    assert_eq!(state_at(2, 0.25, 1), RunState::Driving, "inside the radius, and coming closer");
+    assert_eq!(state_at(3, 0.08, 1), RunState::Reached);
+    assert_eq!(state_at(4, 0.4, 1), RunState::Reached, "it stays reached");
+    assert_eq!(state_at(5, 0.5, 2), RunState::Driving, "until another goal comes");
+    assert_eq!(state_at(6, 0.2, 2), RunState::Driving);
+    assert_eq!(state_at(7, 0.23, 2), RunState::Reached, "passed by inside the radius");
+}

@@ -68,7 +68,7 @@ pub struct Map {
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
     /// The description could not be read.
-    #[error("cannot read the map {}: {source}", .path.display())]
+    #[error("cannot read the map {}", .path.display())]
     Read {
         /// The file.
         path: PathBuf,

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum WorldFileError {
     /// The file could not be read.
-    #[error("cannot read the world {}: {source}", .path.display())]
+    #[error("cannot read the world {}", .path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -21,7 +21,7 @@ pub enum WorldFileError {
         source: std::io::Error,
     },
     /// The file could not be written.
-    #[error("cannot write the world {}: {source}", .path.display())]
+    #[error("cannot write the world {}", .path.display())]
     Write {
         /// The file.
         path: PathBuf,

@@ -21,7 +21,7 @@ const CHUNK: usize = 16 * 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file system said no.
-    #[error("could not read checkpoint {}: {source}", path.display())]
+    #[error("could not read checkpoint {}", path.display())]
     Io {
         /// The file.
         path: PathBuf,

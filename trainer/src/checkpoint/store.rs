@@ -15,7 +15,7 @@ const SUFFIX: &str = ".ckpt";
 
 /// Why a checkpoint was not written. The ones before it are as they were: training can go on and try again.
 #[derive(Debug, thiserror::Error)]
-#[error("checkpoint {} was not written ({source}); earlier ones are untouched: free space or fix the folder", path.display())]
+#[error("checkpoint {} was not written; earlier ones are untouched: free space or fix the folder", path.display())]
 pub struct SaveError {
     /// The file that was to be written.
     pub path: PathBuf,

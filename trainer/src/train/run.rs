@@ -49,6 +49,8 @@ struct LowResult {
 /// What a checkpoint says besides the stage's own state.
 #[derive(Clone, Serialize, Deserialize)]
 struct Meta {
+    /// The commit that the run began with.
+    commit: String,
     config_sha256: String,
     low: Option<LowResult>,
     seconds: f64,
@@ -83,8 +85,13 @@ impl Run {
             eprintln!("warning: {error}");
         }
         let config_sha256 = config.sha256();
-        let fresh =
-            Meta { config_sha256: config_sha256.clone(), low: None, seconds: 0.0, rolled_back: false };
+        let fresh = Meta {
+            commit: crate::commit::commit(),
+            config_sha256: config_sha256.clone(),
+            low: None,
+            seconds: 0.0,
+            rolled_back: false,
+        };
         let meta = match &newest.checkpoint {
             Some(checkpoint) => checkpoint.value::<Meta>("meta")?,
             None => fresh,
@@ -292,7 +299,7 @@ impl Run {
         let missed = gate::missed(&self.config, &low.score, &families, scorer.is_some());
         let policy = Policy {
             config_toml: self.config.to_toml(),
-            commit: crate::commit::commit(),
+            commit: self.meta.commit.clone(),
             task,
             normaliser: low.normaliser.clone(),
             actor: low.actor.clone(),

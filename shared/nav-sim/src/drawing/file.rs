@@ -30,7 +30,7 @@ pub enum DrawError {
     #[error("the PNG could not be encoded: {0}")]
     Encode(String),
     /// The file could not be written.
-    #[error("cannot write {}: {source}", .path.display())]
+    #[error("cannot write {}", .path.display())]
     Write {
         /// The file.
         path: PathBuf,
