@@ -246,12 +246,12 @@ mod tests {
         ] {
             assert!(parse(line).is_err(), "{line}");
         }
-        assert!(
-            parse("runtime run --robot a/b")
-                .expect("parsed")
-                .command
-                .is_some_and(|command| { matches!(command, Command::Run(run) if run.plan().is_err()) })
-        );
+        assert!(parse("runtime run --robot a/b").expect("parsed").command.is_some_and(
+            |command| match command {
+                Command::Run(run) => run.plan().is_err(),
+                _ => false,
+            }
+        ));
     }
 
     #[test]

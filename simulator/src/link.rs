@@ -128,6 +128,10 @@ impl Link {
 
     /// Shows the simulation's present state to the runtime and returns what the base gets for the next period.
     pub(crate) fn exchange(&mut self, simulation: &mut Simulation, goal_id: u32) -> Result<Twist, LinkError> {
+        // A runtime that always answers leaves no other moment to notice.
+        if self.interrupt.requested() {
+            return Err(LinkError::Interrupted);
+        }
         match self.pace {
             Pace::Lockstep => self.exchange_in_lockstep(simulation, goal_id),
             Pace::Realtime => self.exchange_in_real_time(simulation, goal_id),

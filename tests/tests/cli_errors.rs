@@ -176,8 +176,11 @@ fn a_wrong_map_or_world_file() {
     run("simulator", &stage, &arguments).refused(&["gone.pgm"]);
     let world = stage.path("world.toml");
     fs::write(&world, "name = 3").expect("written");
-    run("simulator", &stage, &["--world-file", world.to_str().expect("a plain path")])
-        .refused(&["world.toml"]);
+    let ended = run("simulator", &stage, &["--world-file", world.to_str().expect("a plain path")]);
+    assert_eq!(ended.status.code(), Some(1), "{}", ended.stderr);
+    // The sentence, then the place in the file as the parser shows it.
+    assert!(ended.stderr.contains("world.toml is not a world"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("line 1"), "{}", ended.stderr);
 }
 
 #[test]
