@@ -21,7 +21,8 @@ use crate::load::{
     load_network, read_file,
 };
 
-/// The largest difference between executor and golden pair, relative to the larger of one and the golden value.
+/// The largest difference between executor and golden pair, relative to the larger of one and the largest number of
+/// the golden answer.
 pub const GOLDEN_TOLERANCE: f32 = 1e-5;
 /// The largest manifest or golden file that is read, bytes.
 const MAX_JSON_BYTES: u64 = 8 << 20;
@@ -283,10 +284,10 @@ fn compare_golden(
     let mut worst = 0.0_f32;
     for (index, pair) in pairs.iter().enumerate() {
         network.run(&input_of(&pair.observation), &mut answer);
+        let scale = pair.answer.iter().fold(1.0_f32, |scale, golden| scale.max(golden.abs()));
         for (ours, golden) in answer.iter().zip(&pair.answer) {
-            let difference = (ours - golden).abs() / golden.abs().max(1.0);
-            // Written so that NaN is refused too.
-            if !(difference <= GOLDEN_TOLERANCE) {
+            let difference = (ours - golden).abs() / scale;
+            if difference.is_nan() || difference > GOLDEN_TOLERANCE {
                 return Err(ModelError::Golden { network: name, index, difference });
             }
             worst = worst.max(difference);

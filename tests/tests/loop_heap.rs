@@ -31,7 +31,7 @@ struct Stub {
 impl Tick for Stub {
     fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
         self.ticks += 1;
-        if self.allocates && self.ticks % 10 == 0 {
+        if self.allocates && self.ticks.is_multiple_of(10) {
             drop(std::hint::black_box(vec![self.ticks; 3]));
         }
         let header = Header { stamp_ns: now_ns, seq: self.ticks };

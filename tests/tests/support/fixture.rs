@@ -81,8 +81,8 @@ fn actor() -> Vec<u8> {
     let mut weights = vec![0.0; LOW_ACTION * LOW_OBSERVATION];
     let ahead = SECTOR_COUNT / 2;
     let (sine, cosine) = (2 * SECTOR_COUNT + 2, 2 * SECTOR_COUNT + 3);
-    for sector in ahead - 3..=ahead + 3 {
-        weights[sector] = 0.6;
+    for weight in &mut weights[ahead - 3..=ahead + 3] {
+        *weight = 0.6;
     }
     weights[cosine] = 1.2;
     for offset in 1..=8 {

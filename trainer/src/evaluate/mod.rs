@@ -26,6 +26,9 @@ use planner::{KnownMapPlanner, Search};
 use reactive::Reactive;
 use report::{EpisodeRow, Summary};
 
+/// Traced episodes and whose they are.
+type Traces = Vec<(PolicyName, EpisodeTrace)>;
+
 /// What was evaluated, for the JSON report.
 #[derive(Debug, Serialize)]
 struct Report<'a> {
@@ -113,7 +116,7 @@ fn drive_policies(
     task: &Task,
     disturbance: &Disturbance,
     places: &[Place],
-) -> Result<(Vec<EpisodeRow>, Vec<(PolicyName, EpisodeTrace)>)> {
+) -> Result<(Vec<EpisodeRow>, Traces)> {
     let bar = ProgressBar::new(places.len() as u64 * args.policies.len() as u64).with_style(
         ProgressStyle::with_template("{bar:30} {pos}/{len} episodes, {eta} left  {msg}")
             .context("the bar's template")?,

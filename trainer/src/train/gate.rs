@@ -180,8 +180,7 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
     let gate = &config.gate;
     let mut missed = Vec::new();
     let mut at_least = |what: &str, value: f32, least: f32| {
-        // Written so that NaN misses.
-        if !(value >= least) {
+        if value.is_nan() || value < least {
             missed.push(format!(
                 "{what} is {:.1} %, at least {:.1} % is needed",
                 100.0 * value,
@@ -203,8 +202,7 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
         limits.push(("the low level's collision rate", low.collision, gate.low_collision));
     }
     for (what, value, most) in limits {
-        // Written so that NaN misses.
-        if !(value <= most) {
+        if value.is_nan() || value > most {
             missed.push(format!(
                 "{what} is {:.1} %, at most {:.1} % is allowed",
                 100.0 * value,

@@ -229,10 +229,12 @@ impl Run {
                 }
             }
             let stopping = self.stop.exit_code();
-            if stage.can_save() && (stopping.is_some() || self.saved.elapsed() > CHECKPOINT_PERIOD) {
-                if let Err(error) = self.save(stage, step) {
-                    progress.note(&format!("warning: {error:#}; training goes on"));
-                }
+            let due = stopping.is_some() || self.saved.elapsed() > CHECKPOINT_PERIOD;
+            if stage.can_save()
+                && due
+                && let Err(error) = self.save(stage, step)
+            {
+                progress.note(&format!("warning: {error:#}; training goes on"));
             }
             if let Some(code) = stopping {
                 progress.finish();
