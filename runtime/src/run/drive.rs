@@ -309,7 +309,7 @@ impl<T: Tick> Loop<'_, T> {
             self.record.scan_to_command.record(sent_ns.saturating_sub(inputs.scan.header.stamp_ns));
         }
         self.record.note(&inputs, &status, self.step_max_m);
-        self.live.store(&status, &command, inputs.goal.id, tick_ns);
+        self.live.store(&status, &command, tick_ns);
         Ok(())
     }
 

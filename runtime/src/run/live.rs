@@ -15,7 +15,6 @@ pub struct Live {
     allocations: AtomicU64,
     state: AtomicU32,
     faults: AtomicU32,
-    goal_id: AtomicU32,
     goal_distance_bits: AtomicU32,
     linear_bits: AtomicU32,
     angular_bits: AtomicU32,
@@ -24,11 +23,10 @@ pub struct Live {
 
 impl Live {
     /// Stores what a tick did.
-    pub fn store(&self, status: &TickStatus, command: &CmdVel, goal_id: u32, tick_ns: u64) {
+    pub fn store(&self, status: &TickStatus, command: &CmdVel, tick_ns: u64) {
         self.ticks.fetch_add(1, Relaxed);
         self.state.store(status.state as u32, Relaxed);
         self.faults.store(status.faults, Relaxed);
-        self.goal_id.store(goal_id, Relaxed);
         self.goal_distance_bits.store(status.goal_distance_m.to_bits(), Relaxed);
         self.linear_bits.store(command.linear_mps.to_bits(), Relaxed);
         self.angular_bits.store(command.angular_radps.to_bits(), Relaxed);
@@ -50,15 +48,9 @@ impl Live {
         let what = match self.state.load(Relaxed) {
             _ if ticks == 0 => "waiting for a scan".to_owned(),
             state if state == RunState::Driving as u32 => {
-                format!(
-                    "driving to goal {} ({:.1} m)",
-                    self.goal_id.load(Relaxed),
-                    number(&self.goal_distance_bits)
-                )
+                format!("driving, {:.1} m to the goal", number(&self.goal_distance_bits))
             }
-            state if state == RunState::Reached as u32 => {
-                format!("reached goal {}", self.goal_id.load(Relaxed))
-            }
+            state if state == RunState::Reached as u32 => "at the goal".to_owned(),
             state if state == RunState::Stopped as u32 => "stopped".to_owned(),
             _ => "ready".to_owned(),
         };
@@ -69,7 +61,7 @@ impl Live {
             number(&self.angular_bits),
             self.tick_max_ns.swap(0, Relaxed) as f64 / 1e3,
             self.overruns.load(Relaxed),
-            fault_names(self.faults.load(Relaxed)),
+            fault_names(self.faults.load(Relaxed) & fault::STOPPING),
             match self.allocations.load(Relaxed) {
                 0 => String::new(),
                 count => format!("  ALLOCATIONS {count}"),
@@ -150,16 +142,17 @@ mod tests {
         let status = TickStatus {
             state: RunState::Driving,
             goal_distance_m: 3.25,
-            faults: fault::SPEED_LIMITED,
+            faults: fault::STALE_ODOM | fault::SPEED_LIMITED,
             ..TickStatus::default()
         };
         for _ in 0..10 {
-            live.store(&status, &CmdVel { linear_mps: 0.5, ..CmdVel::default() }, 7, 42_000);
+            live.store(&status, &CmdVel { linear_mps: 0.5, ..CmdVel::default() }, 42_000);
         }
         let line = live.line(second, &mut last, second);
-        for part in ["10.0 Hz", "driving to goal 7 (3.2 m)", "v 0.50", "max 42 us", "speed limited"] {
+        for part in ["10.0 Hz", "driving, 3.2 m to the goal", "v 0.50", "max 42 us", "stale odometry"] {
             assert!(line.contains(part), "{part} in {line}");
         }
+        assert!(!line.contains("speed limited"), "what only shapes a command is no trouble: {line}");
         assert!(!line.contains("ALLOCATIONS"));
         live.store_trouble(2, 1);
         let line = live.line(second, &mut last, second);
