@@ -87,9 +87,12 @@ fn bits(pose: &Pose) -> [u32; 3] {
 }
 
 fn assert_equal(family: Family, seed: u64, name: &str, disturbance: &Disturbance) {
-    let stage = Stage::new();
-    let expected = in_process(&stage, family, seed, disturbance);
-    let report = through_processes(&stage, family, seed, name);
+    assert_equal_on(&Stage::new(), family, seed, name, disturbance);
+}
+
+fn assert_equal_on(stage: &Stage, family: Family, seed: u64, name: &str, disturbance: &Disturbance) {
+    let expected = in_process(stage, family, seed, disturbance);
+    let report = through_processes(stage, family, seed, name);
     let episodes = report["episodes"].as_array().expect("episodes");
     assert_eq!(episodes.len(), expected.len());
     for (episode, expected) in episodes.iter().zip(&expected) {
@@ -117,6 +120,13 @@ fn in_a_maze_with_all_disturbances() {
 #[test]
 fn among_people() {
     assert_equal(Family::Crowd, 7, "none", &Disturbance::none());
+}
+
+#[test]
+fn with_the_shipped_model() {
+    let stage = Stage::with_shipped_model();
+    assert_equal_on(&stage, Family::Rooms, 2, "none", &Disturbance::none());
+    assert_equal_on(&stage, Family::DeepU, 1, "trained", &Disturbance::trained());
 }
 
 #[test]

@@ -265,16 +265,17 @@ struct Scratch(PathBuf);
 impl Scratch {
     fn new() -> Result<Self, LoopBenchError> {
         // Not the user's own temporary folder: sockets need a short path.
-        let path = PathBuf::from(format!("/tmp/nav-loop-{}", std::process::id()));
-        std::fs::create_dir_all(&path).map_err(system(format!("{} cannot be made", path.display())))?;
-        Ok(Self(path))
+        let scratch = Self(PathBuf::from(format!("/tmp/nav-loop-{}", std::process::id())));
+        IpcConfig::in_folder(&scratch.0)?;
+        Ok(scratch)
     }
 }
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // Leftovers in /tmp are no reason to fail after all was measured.
-        let _ = std::fs::remove_dir_all(&self.0);
+        if let Ok(config) = IpcConfig::in_folder(&self.0) {
+            config.remove_all();
+        }
     }
 }
 

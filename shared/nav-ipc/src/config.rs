@@ -78,6 +78,19 @@ impl IpcConfig {
         }
     }
 
+    /// Removes the shared files of a world of its own, those of killed processes included: for tests and benches,
+    /// after all its processes have ended. Leaves iceoryx2's own defaults alone.
+    pub fn remove_all(&self) {
+        let Some((root, prefix)) = &self.isolated else { return };
+        // What is gone already, or belongs to somebody else, needs no removal.
+        let _ = std::fs::remove_dir_all(root);
+        for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+
     /// The same for iceoryx2. Files that configure other programs are not read: what runs is what is written here.
     pub fn iceoryx2(&self) -> Result<Config, IpcError> {
         let mut config = Config::default();

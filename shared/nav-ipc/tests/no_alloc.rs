@@ -88,5 +88,6 @@ fn a_connected_exchange_allocates_nothing() {
     assert!(refresh > 0, "a peer that joins costs allocations, in `refresh`");
     let after = allocations_in(|| scan_out.write(&scan).expect("sent"));
     assert_eq!(after, 0, "after `refresh`");
-    drop(joining);
+    drop((joining, scan_out, scan_in, wakeup, command_out, command_in, runtime, simulator));
+    config.remove_all();
 }

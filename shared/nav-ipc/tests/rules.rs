@@ -16,8 +16,21 @@ impl Stage {
         Self { config, _folder: folder }
     }
 
+    /// Files in shared memory that belong to this stage.
+    fn shared_files(&self) -> usize {
+        let prefix = self.config.iceoryx2().expect("a configuration").global.prefix.to_string();
+        let files = std::fs::read_dir("/dev/shm").expect("shared memory is mounted").flatten();
+        files.filter(|file| file.file_name().to_string_lossy().starts_with(&prefix)).count()
+    }
+
     fn node(&self, robot: &str) -> RobotNode {
         RobotNode::open(&RobotName::new(robot).expect("a plain name"), &self.config).expect("a node")
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        self.config.remove_all();
     }
 }
 
@@ -109,4 +122,15 @@ fn an_unusable_folder_is_one_clear_sentence() {
     let config = IpcConfig::in_folder(&file.path().join("x")).expect("a short path");
     let error = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config).expect_err("no folder");
     assert!(error.to_string().contains("writable"), "{error}");
+}
+
+#[test]
+fn nothing_is_left_after_all_is_removed() {
+    let stage = Stage::new();
+    let writer = stage.node("r").writer::<Goal>().expect("the writer");
+    // As after a kill: nobody says goodbye.
+    std::mem::forget(writer);
+    assert!(stage.shared_files() > 1, "leftovers");
+    stage.config.remove_all();
+    assert_eq!((stage.shared_files(), stage.config.root().exists()), (0, false));
 }

@@ -30,6 +30,12 @@ struct Stage {
     _folder: tempfile::TempDir,
 }
 
+impl Drop for Stage {
+    fn drop(&mut self) {
+        self.config.remove_all();
+    }
+}
+
 fn stage() -> Stage {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let config = IpcConfig::in_folder(folder.path()).expect("a short path");

@@ -30,6 +30,19 @@ impl Stage {
         stage
     }
 
+    /// Apart from every other test, with the model that this repository ships.
+    pub fn with_shipped_model() -> Self {
+        let stage = Self::new();
+        let shipped = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models"));
+        std::fs::remove_dir_all(stage.model()).expect("the fixture is ours");
+        std::fs::create_dir(stage.model()).expect("a folder");
+        for entry in std::fs::read_dir(shipped).expect("models/ is there") {
+            let entry = entry.expect("readable");
+            std::fs::copy(entry.path(), stage.model().join(entry.file_name())).expect("copied");
+        }
+        stage
+    }
+
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -46,6 +59,13 @@ impl Stage {
     pub fn node(&self) -> RobotNode {
         let config = IpcConfig::in_folder(&self.ipc_root()).expect("a short path");
         RobotNode::open(&RobotName::new("robot").expect("a plain name"), &config).expect("a node")
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        // Killed programs leave their shared memory behind, and nobody else will come to this stage.
+        IpcConfig::in_folder(&self.ipc_root()).expect("a short path").remove_all();
     }
 }
 
