@@ -5,6 +5,7 @@ use nav_core::manifest::{MANIFEST_FILE, Manifest};
 use nav_core::task::Task;
 use nav_ipc::{IpcConfig, RobotName};
 use nav_sim::disturbance::Disturbance;
+use nav_sim::families::lasting;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -33,14 +34,13 @@ pub(crate) struct Plan {
 impl Plan {
     /// Checks everything that can be wrong before anything is opened.
     pub(crate) fn check(arguments: Arguments) -> Result<Self> {
-        let mut task = match &arguments.model {
+        let task = match &arguments.model {
             Some(folder) => task_of(folder)?,
             None => Task::default(),
         };
         let source = WorldSource::from_arguments(&arguments, &task)?;
         // Some families need longer than the task gives everyone; counted in steps of 0.1 s.
-        let needed_s = source.episode_steps() as f32 * 0.1;
-        task.episode_steps = task.episode_steps.max((needed_s / task.control_period_s).round() as u32);
+        let task = lasting(&task, source.episode_steps());
         let seconds = |flag: &str, value: f64| {
             Duration::try_from_secs_f64(value)
                 .ok()

@@ -7,6 +7,7 @@ use nav_core::metrics::{EpisodeEnd, EpisodeMetrics, EpisodeRecorder, StepTruth};
 use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep};
+use nav_sim::families::lasting;
 use nav_sim::simulation::{Outcome, Simulation, Twist};
 
 use crate::rollout::worlds::Place;
@@ -55,7 +56,8 @@ impl Bench {
 
     /// Drives an episode to its end.
     pub fn drive(&mut self, driver: &mut impl Driver, place: &Place, seed: u64, with_trace: bool) -> Driven {
-        let mut simulation = Simulation::new(place.world.clone(), &self.task, &self.disturbance, seed);
+        let task = lasting(&self.task, place.family.episode_steps());
+        let mut simulation = Simulation::new(place.world.clone(), &task, &self.disturbance, seed);
         let mut recorder = EpisodeRecorder::new(simulation.pose(), self.task.control_period_s);
         let mut trace = with_trace.then(|| self.trace_of(place));
         let (mut ticked_ns, mut tick_max_ns, mut ticks) = (0_u64, 0, 0_u64);

@@ -31,6 +31,7 @@ use crate::geodesic::GeodesicField;
 use crate::world::World;
 use dice::Dice;
 use nav_core::geometry::Point;
+use nav_core::task::Task;
 use scene::{GOAL_CLEARANCE_M, Scene, set_ends};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -219,6 +220,13 @@ impl FromStr for Split {
             known: all.map(Self::id).join(", "),
         })
     }
+}
+
+/// A task whose episodes last at least `steps` steps of 0.1 s, for worlds that need longer than the task's own.
+/// Everything that drives episodes asks this, so that the same world lasts equally long everywhere.
+pub fn lasting(task: &Task, steps: u32) -> Task {
+    let needed = (steps as f32 * 0.1 / task.control_period_s).round() as u32;
+    Task { episode_steps: task.episode_steps.max(needed), ..*task }
 }
 
 /// The world of a family, split and seed. The same arguments always give the same world.
