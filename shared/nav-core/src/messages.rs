@@ -155,7 +155,7 @@ pub struct Status {
     pub scan_age_ns: u64,
     /// Age of the odometry when the tick began, ns.
     pub odom_age_ns: u64,
-    /// Time spent in the two networks, ns.
+    /// Time spent in the controller: observation, networks and guard, ns.
     pub policy_ns: u64,
     /// Time spent in the whole tick, ns.
     pub tick_ns: u64,
