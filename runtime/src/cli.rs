@@ -4,7 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use nav_ipc::{IpcConfig, IpcError, RobotName};
 use runtime::bench_loop::LoopBenchPlan;
 use runtime::run::RunPlan;
-use runtime::run::drive::{DrivePlan, Pace};
+use runtime::run::plan::{DrivePlan, Pace};
 use runtime::run::realtime::RealTime;
 use std::path::PathBuf;
 use std::time::Duration;

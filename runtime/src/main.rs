@@ -8,7 +8,7 @@ use runtime::alloc::CheckedAllocator;
 use runtime::bench::{self, BenchOptions, NamedNetwork};
 use runtime::bench_loop::{self, load, peer};
 use runtime::model::Model;
-use runtime::run::drive::End;
+use runtime::run::plan::End;
 use runtime::run::stop::StopReason;
 use std::process::ExitCode;
 

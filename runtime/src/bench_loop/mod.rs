@@ -9,9 +9,10 @@ pub mod load;
 pub mod peer;
 
 use crate::model::{Model, ModelError};
-use crate::run::drive::{DriveError, DrivePlan, Pace, drive};
+use crate::run::drive::drive;
 use crate::run::histogram::Percentiles;
 use crate::run::live::Live;
+use crate::run::plan::{DriveError, DrivePlan, Pace};
 use crate::run::ports::Ports;
 use crate::run::realtime::RealTime;
 use crate::run::record::Record;

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`ports`] | the runtime's side of the topics |
 //! | [`grid`] | absolute deadlines, in phase with the scans |
+//! | [`plan`] | the loop's words: pace, ends, errors |
 //! | [`drive`] | the loop: wait, read, tick, publish; nothing in it allocates |
 //! | [`realtime`] | locked memory, real-time priority, a core of its own |
 //! | [`histogram`], [`record`] | what is measured, in memory of fixed size |
@@ -14,6 +15,7 @@ pub mod drive;
 pub mod grid;
 pub mod histogram;
 pub mod live;
+pub mod plan;
 pub mod ports;
 pub mod realtime;
 pub mod record;
@@ -21,10 +23,11 @@ pub mod report;
 pub mod stop;
 
 use crate::model::{Model, ModelError};
-use drive::{DriveError, DrivePlan, End, drive};
+use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
+use plan::{DriveError, DrivePlan, End};
 use ports::Ports;
 use realtime::RealTime;
 use record::Record;

@@ -1,8 +1,8 @@
 //! The end of a run, for people and as JSON.
 
-use super::drive::{DrivePlan, Pace};
 use super::histogram::Percentiles;
 use super::live::fault_names;
+use super::plan::{DrivePlan, Pace};
 use super::record::Record;
 use nav_core::messages::RunState;
 use serde::Serialize;
