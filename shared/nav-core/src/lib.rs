@@ -15,6 +15,7 @@ pub mod messages;
 pub mod task;
 pub mod topics;
 
+mod closing;
 pub mod geodesic;
 pub mod local_map;
 pub mod navigator;

@@ -4,6 +4,7 @@
 //! choice, [`Navigator::commit`]; then [`Navigator::encode_low`] and a low-level action. The trainer calls the
 //! same steps with its own choices; [`crate::controller::Controller`] calls them with the networks'.
 
+use crate::closing::ClosingSpeeds;
 use crate::geodesic::Geodesic;
 use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local_map::LocalMap;
@@ -29,8 +30,6 @@ const STUCK_M: f32 = 0.1;
 const ARRIVAL_SHARE: f32 = 0.3;
 /// Or inside the radius, when it is this much farther from the centre than it was at best, m.
 const ARRIVAL_SLACK_M: f32 = 0.02;
-/// Closing speeds below this are noise, m/s.
-const CLOSING_MIN_MPS: f32 = 0.3;
 
 /// Why a new decision is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,10 +77,7 @@ pub struct Navigator {
     goal_id: Option<u32>,
     /// Compressed clearances, now and of the last [`CHANGE_STEPS`] steps, newest first.
     clearance: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
-    /// Sector ranges and poses of the same steps, for closing speeds.
-    past_ranges_m: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
-    past_poses: [Pose; CHANGE_STEPS + 1],
-    closing_mps: [f32; SECTOR_COUNT],
+    closing: ClosingSpeeds,
     /// Positions of the last [`STUCK_STEPS`] steps, a ring indexed by step.
     trail: [Point; STUCK_STEPS],
     steps: u32,
@@ -113,9 +109,7 @@ impl Navigator {
             goal_radius_m: task.goal_radius_m,
             goal_id: None,
             clearance: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
-            past_ranges_m: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
-            past_poses: [Pose::default(); CHANGE_STEPS + 1],
-            closing_mps: [0.0; SECTOR_COUNT],
+            closing: ClosingSpeeds::new(),
             trail: [Point::origin(); STUCK_STEPS],
             steps: 0,
             best_distance_m: f32::INFINITY,
@@ -175,49 +169,18 @@ impl Navigator {
         }
         if is_first {
             self.clearance.fill(now);
-            self.past_ranges_m.fill(*self.scan.sectors_m());
-            self.past_poses.fill(self.pose);
+            self.closing.restart(&self.scan, self.pose);
         } else {
             self.clearance.rotate_right(1);
-            self.past_ranges_m.rotate_right(1);
-            self.past_poses.rotate_right(1);
             self.clearance[0] = now;
-            self.past_ranges_m[0] = *self.scan.sectors_m();
-            self.past_poses[0] = self.pose;
+            self.closing.update(&self.geometry, &self.scan, self.pose, self.task.control_period_s);
         }
-        self.measure_closing();
         self.trail[self.steps as usize % STUCK_STEPS] = self.pose.position();
         self.map.recenter(self.pose.position());
         self.map.visit(self.pose.position());
         if self.steps.is_multiple_of(MAP_EVERY) && self.task.decision.memory == Memory::Full {
             let (sin, cos) = libm::sincosf(self.pose.yaw_rad);
             self.map.integrate(self.pose.position(), cos, sin, &self.scan);
-        }
-    }
-
-    /// Speed at which each sector closes in beyond what the robot's own motion explains, m/s: the range seen
-    /// in that direction [`CHANGE_STEPS`] steps ago, carried forward by the robot's displacement, less the
-    /// range now.
-    fn measure_closing(&mut self) {
-        let span_s = CHANGE_STEPS as f32 * self.task.control_period_s;
-        let then = &self.past_poses[CHANGE_STEPS];
-        let moved = self.pose.position() - then.position();
-        let turned_rad = self.pose.yaw_rad - then.yaw_rad;
-        const PER_SECTOR: f32 = core::f32::consts::TAU / SECTOR_COUNT as f32;
-        let shift = libm::roundf(turned_rad / PER_SECTOR) as i32;
-        // The displacement in the robot frame, so that the sectors' own directions serve.
-        let (sin, cos) = libm::sincosf(self.pose.yaw_rad);
-        let (ahead_m, left_m) = (moved.x * cos + moved.y * sin, moved.y * cos - moved.x * sin);
-        // The nearest of three sectors then: an edge that slid by a sector is not a person.
-        let before = &self.past_ranges_m[CHANGE_STEPS];
-        let now = self.scan.sectors_m();
-        let first = shift.rem_euclid(SECTOR_COUNT as i32) as usize;
-        for (sector, &(dir_x, dir_y)) in self.geometry.sector_directions().iter().enumerate() {
-            let from = first + sector;
-            let at = |index: usize| before[index % SECTOR_COUNT];
-            let nearest_m = at(from + SECTOR_COUNT - 1).min(at(from)).min(at(from + 1));
-            let closing = (nearest_m - ahead_m * dir_x - left_m * dir_y - now[sector]) / span_s;
-            self.closing_mps[sector] = if closing > CLOSING_MIN_MPS { closing.min(3.0) } else { 0.0 };
         }
     }
 
@@ -292,7 +255,9 @@ impl Navigator {
         if decision.action != ACTION_GOAL && self.is_blocked(decision.subgoal, rest_m) {
             return Some(DecisionReason::Blocked);
         }
-        (self.time_to_contact_s() < limits.time_to_collision_s).then_some(DecisionReason::Threat)
+        let contact_s =
+            self.closing.time_to_contact_s(&self.geometry, self.task.robot.radius_m, self.linear_mps);
+        (contact_s < limits.time_to_collision_s).then_some(DecisionReason::Threat)
     }
 
     fn is_blocked(&self, subgoal: Point, rest_m: f32) -> bool {
@@ -300,19 +265,6 @@ impl Navigator {
         let (cos, sin) = (local.x / rest_m.max(1e-3), local.y / rest_m.max(1e-3));
         let half_width_m = self.task.robot.radius_m + 0.5 * CORRIDOR_CLEARANCE_M;
         self.scan.corridor_m(cos, sin, half_width_m, rest_m) < 0.8 * rest_m
-    }
-
-    /// Time until the first thing that closes in touches the footprint, if nobody yields, s.
-    fn time_to_contact_s(&self) -> f32 {
-        let mut soonest_s = f32::INFINITY;
-        for (sector, &closing) in self.closing_mps.iter().enumerate() {
-            if closing > 0.0 {
-                let own = self.linear_mps * self.geometry.sector_directions()[sector].0;
-                let gap_m = (self.scan.sectors_m()[sector] - self.task.robot.radius_m).max(0.0);
-                soonest_s = soonest_s.min(gap_m / (closing + own).max(0.05));
-            }
-        }
-        soonest_s
     }
 
     /// Measures the candidates, updates the geodesic and encodes the high-level observation.
@@ -343,7 +295,7 @@ impl Navigator {
                 },
                 visits_near: self.map.visit_density(at(1.0)),
                 visits_far: self.map.visit_density(at(2.5)),
-                closing_mps: self.closing_towards(goal_bearing_rad + direction_angle_rad(k)),
+                closing_mps: self.closing.towards_mps(goal_bearing_rad + direction_angle_rad(k)),
                 is_legal: candidates.mask.allows(k),
             };
         }
@@ -363,14 +315,6 @@ impl Navigator {
         encode_high(&directions, &globals, &mut self.high);
         self.candidates = Some(candidates);
         (&self.high, candidates.mask)
-    }
-
-    fn closing_towards(&self, bearing_rad: f32) -> f32 {
-        const PER_SECTOR: f32 = core::f32::consts::TAU / SECTOR_COUNT as f32;
-        let at = libm::floorf((wrap_angle(bearing_rad) + core::f32::consts::PI) / PER_SECTOR) as i32;
-        (at - 1..=at + 1).fold(0.0, |most: f32, sector| {
-            most.max(self.closing_mps[sector.rem_euclid(SECTOR_COUNT as i32) as usize])
-        })
     }
 
     /// The observation and mask that [`Self::prepare_decision`] made.

@@ -1,0 +1,93 @@
+//! Closing speeds: what comes nearer, sector by sector, beyond what the robot's own motion explains.
+
+use core::f32::consts::{PI, TAU};
+
+use crate::geometry::{Pose, wrap_angle};
+use crate::observation::CHANGE_STEPS;
+use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
+
+/// Closing speeds below this are noise, m/s.
+const LEAST_MPS: f32 = 0.3;
+/// Nobody comes faster than this, m/s.
+const MOST_MPS: f32 = 3.0;
+/// Width of a sector, rad.
+const PER_SECTOR_RAD: f32 = TAU / SECTOR_COUNT as f32;
+
+/// Closing speed of every sector, from the scans of the last [`CHANGE_STEPS`] steps.
+#[derive(Clone, Debug)]
+pub(crate) struct ClosingSpeeds {
+    /// Sector ranges and poses, newest first.
+    ranges_m: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
+    poses: [Pose; CHANGE_STEPS + 1],
+    closing_mps: [f32; SECTOR_COUNT],
+}
+
+impl ClosingSpeeds {
+    /// Nothing seen yet.
+    pub(crate) fn new() -> Self {
+        Self {
+            ranges_m: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
+            poses: [Pose::default(); CHANGE_STEPS + 1],
+            closing_mps: [0.0; SECTOR_COUNT],
+        }
+    }
+
+    /// Forgets the past: nothing closes in until two different scans were seen.
+    pub(crate) fn restart(&mut self, scan: &ScanView, pose: Pose) {
+        self.ranges_m.fill(*scan.sectors_m());
+        self.poses.fill(pose);
+        self.closing_mps.fill(0.0);
+    }
+
+    /// Takes in the next step's scan, seen from `pose`; `step_s` is the time of a step.
+    pub(crate) fn update(&mut self, geometry: &ScanGeometry, scan: &ScanView, pose: Pose, step_s: f32) {
+        self.ranges_m.rotate_right(1);
+        self.poses.rotate_right(1);
+        self.ranges_m[0] = *scan.sectors_m();
+        self.poses[0] = pose;
+        self.measure(geometry, CHANGE_STEPS as f32 * step_s);
+    }
+
+    /// A sector closes in at the range seen in its direction `span_s` ago, carried forward by the robot's
+    /// displacement, less its range now, divided by `span_s`.
+    fn measure(&mut self, geometry: &ScanGeometry, span_s: f32) {
+        let (now, then) = (self.poses[0], self.poses[CHANGE_STEPS]);
+        let moved = now.position() - then.position();
+        let shift = libm::roundf((now.yaw_rad - then.yaw_rad) / PER_SECTOR_RAD) as i32;
+        // The displacement in the robot frame, so that the sectors' own directions serve.
+        let (sin, cos) = libm::sincosf(now.yaw_rad);
+        let (ahead_m, left_m) = (moved.x * cos + moved.y * sin, moved.y * cos - moved.x * sin);
+        let before = &self.ranges_m[CHANGE_STEPS];
+        let first = shift.rem_euclid(SECTOR_COUNT as i32) as usize;
+        for (sector, &(dir_x, dir_y)) in geometry.sector_directions().iter().enumerate() {
+            let from = first + sector;
+            let at = |index: usize| before[index % SECTOR_COUNT];
+            // The nearest of three sectors then: an edge that slid by a sector is not a person.
+            let nearest_m = at(from + SECTOR_COUNT - 1).min(at(from)).min(at(from + 1));
+            let closing = (nearest_m - ahead_m * dir_x - left_m * dir_y - self.ranges_m[0][sector]) / span_s;
+            self.closing_mps[sector] = if closing > LEAST_MPS { closing.min(MOST_MPS) } else { 0.0 };
+        }
+    }
+
+    /// The fastest closing speed within a sector of `bearing_rad` (robot frame), m/s.
+    pub(crate) fn towards_mps(&self, bearing_rad: f32) -> f32 {
+        let at = libm::floorf((wrap_angle(bearing_rad) + PI) / PER_SECTOR_RAD) as i32;
+        (at - 1..=at + 1).fold(0.0, |most: f32, sector| {
+            most.max(self.closing_mps[sector.rem_euclid(SECTOR_COUNT as i32) as usize])
+        })
+    }
+
+    /// Time until the first thing that closes in touches a footprint of `radius_m` that keeps `linear_mps`,
+    /// if nobody yields, s; infinite when nothing does.
+    pub(crate) fn time_to_contact_s(&self, geometry: &ScanGeometry, radius_m: f32, linear_mps: f32) -> f32 {
+        let mut soonest_s = f32::INFINITY;
+        for (sector, &closing) in self.closing_mps.iter().enumerate() {
+            if closing > 0.0 {
+                let own = linear_mps * geometry.sector_directions()[sector].0;
+                let gap_m = (self.ranges_m[0][sector] - radius_m).max(0.0);
+                soonest_s = soonest_s.min(gap_m / (closing + own).max(0.05));
+            }
+        }
+        soonest_s
+    }
+}
