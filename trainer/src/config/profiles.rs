@@ -1,0 +1,133 @@
+//! The defaults of every field, and what the profiles make of them.
+
+use nav_core::manifest::Algorithm;
+use nav_core::reward::{RewardProfile, decomposed, paper};
+use nav_core::task::Task;
+use nav_sim::disturbance::Disturbance;
+use nav_sim::families::Family;
+
+use super::{Config, GateConfig, HighConfig, LowConfig, Profile};
+use crate::dqn::DqnConfig;
+use crate::td3::Td3Config;
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::of_profile(Profile::Quick)
+    }
+}
+
+impl Config {
+    /// The defaults of a profile.
+    pub fn of_profile(profile: Profile) -> Self {
+        let mut config = Self {
+            profile,
+            algorithm: Algorithm::Hybrid,
+            seed: 1,
+            worlds_per_family: 300,
+            task: Task::default(),
+            disturbance: Disturbance::trained(),
+            low: LowConfig::default(),
+            high: HighConfig::default(),
+            gate: GateConfig::default(),
+        };
+        if profile == Profile::Full {
+            config.worlds_per_family = 1_000;
+            config.low.env_steps = 600_000;
+            config.low.replay_capacity = 400_000;
+            config.low.td3.hidden = vec![256, 256];
+            config.high.decisions = 250_000;
+            config.high.dqn.hidden = vec![128, 128];
+            config.gate.low_reach = 0.97;
+            config.gate.low_collision = 0.02;
+            config.gate.spin = 0.03;
+            config.gate.worlds = 100;
+            config.gate.clutter_success = 0.95;
+            config.gate.u_trap_success = 0.85;
+        }
+        config
+    }
+}
+
+impl Default for LowConfig {
+    fn default() -> Self {
+        Self {
+            families: vec![
+                Family::Clutter,
+                Family::Boxes,
+                Family::Tight,
+                Family::Rooms,
+                Family::Maze,
+                Family::UTrap,
+                Family::Crowd,
+            ],
+            envs: 16,
+            env_steps: 300_000,
+            warmup_steps: 5_000,
+            env_steps_per_update: 4,
+            batch: 256,
+            replay_capacity: 300_000,
+            discount: 0.98,
+            noise: [0.05, 0.5],
+            goal_share: 0.3,
+            subgoal_m: [0.7, 3.0],
+            subgoal_steps: 80,
+            reward: RewardProfile::Decomposed,
+            decomposed: decomposed::LowWeights::default(),
+            paper: paper::LowWeights::default(),
+            td3: Td3Config {
+                hidden: vec![128, 128],
+                actor_learning_rate: 1e-3,
+                critic_learning_rate: 1e-3,
+                smooth_temporal: 0.05,
+                smooth_spatial: 0.0,
+                ..Td3Config::default()
+            },
+        }
+    }
+}
+
+impl Default for HighConfig {
+    fn default() -> Self {
+        Self {
+            families: vec![
+                Family::Clutter,
+                Family::Boxes,
+                Family::UTrap,
+                Family::DeepU,
+                Family::Maze,
+                Family::Rooms,
+                Family::Crowd,
+            ],
+            envs: 32,
+            decisions: 90_000,
+            warmup_decisions: 3_000,
+            decisions_per_update: 3,
+            batch: 128,
+            replay_capacity: 150_000,
+            discount: 0.995,
+            n_step: 3,
+            epsilon: [1.0, 0.05],
+            epsilon_share: 0.4,
+            random_goal_share: 0.25,
+            final_learning_rate: 1.5e-4,
+            reward: RewardProfile::Decomposed,
+            decomposed: decomposed::HighWeights::default(),
+            paper: paper::HighWeights::default(),
+            deviation_margins: vec![0.0, 0.1, 0.25, 0.5],
+            dqn: DqnConfig { hidden: vec![64, 64], ..DqnConfig::default() },
+        }
+    }
+}
+
+impl Default for GateConfig {
+    fn default() -> Self {
+        Self {
+            low_reach: 0.9,
+            low_collision: 0.05,
+            spin: 0.05,
+            worlds: 60,
+            clutter_success: 0.9,
+            u_trap_success: 0.8,
+        }
+    }
+}
