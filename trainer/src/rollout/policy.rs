@@ -58,6 +58,9 @@ impl Normaliser {
 ///
 /// # Errors
 /// A network deeper than the executor takes, or a normaliser of another width.
+///
+/// # Panics
+/// For a layer-normalised network: no policy here is one.
 pub fn pack(mlp: &Mlp, normaliser: Option<&Normaliser>, rows: usize) -> Result<ActingNetwork, NetworkError> {
     with_spec(mlp, normaliser, rows, |spec| {
         let level = CpuLevel::detect();
@@ -84,8 +87,13 @@ fn with_spec<T>(
     rows: usize,
     use_spec: impl FnOnce(&nav_core::network::NetworkSpec<'_>) -> Result<T, NetworkError>,
 ) -> Result<T, NetworkError> {
-    let layers: Vec<_> =
-        mlp.layers().map(|dense| Layer { weights: dense.weight, bias: dense.bias }).collect();
+    let layers: Vec<_> = mlp
+        .layers()
+        .map(|dense| {
+            assert!(dense.norm.is_none(), "only critics are layer-normalised, and critics do not act");
+            Layer { weights: dense.weight, bias: dense.bias }
+        })
+        .collect();
     let output = match mlp.shape().output {
         Activation::Identity => Act::Identity,
         Activation::Tanh => Act::Tanh,
