@@ -195,8 +195,14 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
         at_least("success in u_trap", of(Family::UTrap), gate.u_trap_success);
         at_least("the low level's reach", low.reach, gate.low_reach);
     }
-    // Turning towards a random subgoal behind is no fault, so that spin is judged where the policy drives.
-    let spin = families.iter().map(|score| score.spin).sum::<f32>() / families.len().max(1) as f32;
+    // Turning towards a random subgoal behind is no fault, so that spin is judged where the policy drives; a flat
+    // policy only in clutter, because it turns about in traps that it has no means to leave.
+    let judged: Vec<f32> = families
+        .iter()
+        .filter(|score| is_hybrid || score.family == Family::Clutter)
+        .map(|score| score.spin)
+        .collect();
+    let spin = judged.iter().sum::<f32>() / judged.len().max(1) as f32;
     let mut limits = vec![("spin on validation worlds", spin, gate.spin)];
     if is_hybrid {
         limits.push(("the low level's collision rate", low.collision, gate.low_collision));
@@ -211,4 +217,24 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
         }
     }
     missed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scored(family: Family, spin: f32) -> FamilyScore {
+        FamilyScore { family, worlds: 1, success: 1.0, collision: 0.0, spin }
+    }
+
+    #[test]
+    fn a_flat_policy_may_turn_about_in_a_trap_but_not_in_clutter() {
+        let config = Config::default();
+        let low = LowScore { attempts: 1, reach: 1.0, collision: 0.0, spin: 0.0 };
+        let in_a_trap = [scored(Family::Clutter, 0.0), scored(Family::UTrap, 0.5)];
+        let in_clutter = [scored(Family::Clutter, 0.5), scored(Family::UTrap, 0.0)];
+        assert_eq!(missed(&config, &low, &in_a_trap, false), Vec::<String>::new());
+        assert_eq!(missed(&config, &low, &in_clutter, false).len(), 1);
+        assert_eq!(missed(&config, &low, &in_a_trap, true).len(), 1);
+    }
 }
