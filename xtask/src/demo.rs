@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::Stdio;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -11,11 +11,15 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::shell::{remove_folder, root, run_shown, say};
+use crate::training::{Training, short, trainer};
 use crate::two_processes::{Drive, Score};
 use crate::{libtorch, onnxruntime, programs};
 
 /// How the simulated robot differs from a perfect one: noise, dropout, latency and drift.
 const DISTURBANCE: &str = "trained";
+
+/// Width of a policy's column.
+const COLUMN: usize = 13;
 
 /// What the demo does.
 #[derive(Args)]
@@ -61,11 +65,13 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let programs = programs::build(&["trainer", "runtime", "simulator"])?;
     remove_folder(&out)?;
     fs::create_dir_all(&out).with_context(|| format!("could not create {}", out.display()))?;
-    if options.model.is_none() {
-        train_and_export(options, &programs, &model)?;
+    let flat = if options.model.is_none() {
+        say("2/4 train (profile quick, about four minutes on two cores) and export");
+        Training { programs: &programs, seed: options.seed, model: &model, out: &out }.run()?
     } else {
         say(&format!("2/4 no training: driving with {}", model.display()));
-    }
+        None
+    };
     say("3/4 drive: simulator and runtime as two processes, on worlds that training never saw");
     let mut scores = Vec::new();
     for family in &options.families {
@@ -81,10 +87,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         say(&format!("  {family}: {:.1} % of {} worlds", score.success * 100.0, options.worlds));
         scores.push(score);
     }
-    say("4/4 compare: the same worlds in one process, with other policies beside");
-    scores.extend(compare(options, &programs, &model, &out.join("evaluate"))?);
-    print_table(&options.families, &scores, options.worlds);
-    let short = |path: &Path| path.strip_prefix(root()).unwrap_or(path).display().to_string();
+    say("4/4 compare: the same worlds in one process, and other policies on them");
+    scores.extend(compare(options, &programs, &model, flat.as_deref(), &out.join("evaluate"))?);
+    print_table(&options.families, &scores, options.worlds, flat.is_some());
+    say(&format!("more figures: {}/evaluate/table.txt", short(&out)));
     say(&format!("pictures: {0}/FAMILY/ (two processes), {0}/evaluate/ (policies)", short(&out)));
     say("drive with it yourself, in two terminals:");
     say("  cargo simulator --world maze --view terminal --episodes 5");
@@ -94,23 +100,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-fn train_and_export(options: &Options, programs: &Path, model: &Path) -> Result<()> {
-    let run = root().join("runs/demo");
-    remove_folder(&run)?;
-    say("2/4 train (profile quick, about six minutes on two cores) and export");
-    let mut train = trainer(programs);
-    train.args(["train", "--profile", "quick", "--out"]).arg(&run);
-    if let Some(seed) = options.seed {
-        train.args(["--seed", &seed.to_string()]);
-    }
-    run_shown(&mut train, "trainer train")?;
-    let mut export = trainer(programs);
-    export.args(["export", "--run"]).arg(&run).arg("--out").arg(model);
-    run_shown(&mut export, "trainer export")
-}
-
 /// Evaluates the model and its rivals in one process and reads the summary.
-fn compare(options: &Options, programs: &Path, model: &Path, out: &Path) -> Result<Vec<Score>> {
+fn compare(
+    options: &Options,
+    programs: &Path,
+    model: &Path,
+    flat: Option<&Path>,
+    out: &Path,
+) -> Result<Vec<Score>> {
     let mut evaluate = trainer(programs);
     evaluate
         .args(["evaluate", "--policies", "hybrid,td3,astar,reactive", "--split", "test"])
@@ -119,7 +116,11 @@ fn compare(options: &Options, programs: &Path, model: &Path, out: &Path) -> Resu
         .arg(model)
         .arg("--out")
         .arg(out);
-    run_shown(&mut evaluate, "trainer evaluate")?;
+    if let Some(flat) = flat {
+        evaluate.arg("--flat-model").arg(flat);
+    }
+    // The table below says it shorter; the whole one is in `table.txt`.
+    run_shown(evaluate.stdout(Stdio::null()), "trainer evaluate")?;
     let path = out.join("summary.json");
     let text = fs::read_to_string(&path).with_context(|| format!("evaluate left no {}", path.display()))?;
     let report: Value =
@@ -131,42 +132,48 @@ fn compare(options: &Options, programs: &Path, model: &Path, out: &Path) -> Resu
             let text = |name: &str| row[name].as_str().map(str::to_owned);
             let score = Score {
                 policy: match text("policy").context("a summary names no policy")?.as_str() {
-                    "hybrid" => "hybrid, one process".to_owned(),
+                    "hybrid" => "in process".to_owned(),
                     rival => rival.to_owned(),
                 },
                 family: text("family").context("a summary names no family")?,
                 success: row["success"].as_f64().context("a summary has no success rate")?,
                 collision: row["collision"].as_f64().context("a summary has no collision rate")?,
-                time_s: row["time_s"].as_f64(),
             };
             Ok(score)
         })
         .collect()
 }
 
-fn trainer(programs: &Path) -> Command {
-    let mut command = Command::new(programs.join("trainer"));
-    command.current_dir(root());
-    command
-}
-
-fn print_table(families: &[String], scores: &[Score], worlds: u32) {
-    println!("\n{worlds} held-out worlds a family\n");
-    println!("{:<10} {:<22} {:>9} {:>11} {:>8}", "family", "policy", "success %", "collision %", "time s");
-    for family in families {
-        for score in scores.iter().filter(|score| score.family == *family) {
-            let time = score.time_s.map_or_else(|| "-".to_owned(), |time_s| format!("{time_s:.1}"));
-            println!(
-                "{:<10} {:<22} {:>9.1} {:>11.1} {:>8}",
-                family,
-                score.policy,
-                score.success * 100.0,
-                score.collision * 100.0,
-                time
-            );
+/// One row a family, one column a policy, each with success and collision.
+fn print_table(families: &[String], scores: &[Score], worlds: u32, is_flat_trained: bool) {
+    let mut policies: Vec<&str> = Vec::new();
+    for score in scores {
+        if !policies.contains(&score.policy.as_str()) {
+            policies.push(&score.policy);
         }
     }
-    println!(
-        "\ntd3: the same TD3 without the DQN above it, straight at the goal. astar: knows the whole map.\n"
-    );
+    println!("\n{worlds} held-out worlds a family: success % / collision %\n");
+    print!("{:<10}", "family");
+    for policy in &policies {
+        print!(" {policy:>COLUMN$}");
+    }
+    println!();
+    for family in families {
+        print!("{family:<10}");
+        for policy in &policies {
+            let score = scores.iter().find(|score| score.family == *family && score.policy == *policy);
+            let cell = score.map_or_else(
+                || "-".to_owned(),
+                |score| format!("{:.1} / {:.1}", 100.0 * score.success, 100.0 * score.collision),
+            );
+            print!(" {cell:>COLUMN$}");
+        }
+        println!();
+    }
+    let td3 = if is_flat_trained {
+        "a flat TD3, trained for the goal alone with as many steps as the hybrid's low level"
+    } else {
+        "the hybrid's own TD3 without the DQN above it, straight at the goal"
+    };
+    println!("\ntd3: {td3}.\nastar: knows the whole map. reactive: steers by the newest scan alone.\n");
 }

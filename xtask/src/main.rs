@@ -4,10 +4,12 @@ mod bench;
 mod demo;
 mod libtorch;
 mod onnxruntime;
+mod process;
 mod programs;
 mod python;
 mod shell;
 mod test;
+mod training;
 mod two_processes;
 mod wheel;
 
@@ -26,7 +28,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Train, export and drive on worlds never trained on, then print a table (ten to twenty minutes)
+    /// Train, export and drive on worlds never trained on, then print a table (about fifteen minutes the first time)
     Demo(demo::Options),
     /// Check everything: format, lints, doc tests, tests; installs what that needs
     Test,

@@ -1,14 +1,15 @@
 //! Simulator and runtime as two processes in lock-step over shared memory, for one family of worlds.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use serde_json::Value;
 
+use crate::process::Process;
 use crate::shell::{root, say};
 
 /// What both processes do.
@@ -37,8 +38,6 @@ pub(crate) struct Score {
     pub success: f64,
     /// Share of episodes that hit something, 0 to 1.
     pub collision: f64,
-    /// Mean time to the goal of successes; none without any. [s]
-    pub time_s: Option<f64>,
 }
 
 impl Drive<'_> {
@@ -111,62 +110,11 @@ impl Drive<'_> {
             let value = report["summary"][name].as_f64();
             value.with_context(|| format!("{} has no number summary.{name}", path.display()))
         };
-        let success = number("success_rate")?;
         Ok(Score {
-            policy: "hybrid, two processes".to_owned(),
+            policy: "hybrid".to_owned(),
             family: self.family.to_owned(),
-            success,
+            success: number("success_rate")?,
             collision: number("collision_rate")?,
-            time_s: if success > 0.0 { Some(number("mean_time_s")?) } else { None },
         })
-    }
-}
-
-/// A process that does not outlive the demo.
-struct Process {
-    child: Child,
-    log: PathBuf,
-}
-
-impl Process {
-    fn start(mut command: Command, log: PathBuf) -> Result<Self> {
-        let file = File::create(&log).with_context(|| format!("could not create {}", log.display()))?;
-        let errors = file.try_clone()?;
-        let program = command.get_program().to_owned();
-        let child = command.stdin(Stdio::null()).stdout(file).stderr(errors).spawn();
-        let child = child.with_context(|| format!("could not start {}", program.display()))?;
-        Ok(Self { child, log })
-    }
-
-    fn ended(&mut self) -> Result<Option<ExitStatus>> {
-        self.child.try_wait().context("could not look after a process of the demo")
-    }
-
-    fn wait_for(&mut self, longest: Duration) -> Result<Option<ExitStatus>> {
-        let started = Instant::now();
-        while started.elapsed() < longest {
-            if let Some(status) = self.ended()? {
-                return Ok(Some(status));
-            }
-            thread::sleep(Duration::from_millis(10));
-        }
-        Ok(None)
-    }
-
-    fn require_success(&self, status: ExitStatus) -> Result<()> {
-        if status.success() {
-            return Ok(());
-        }
-        let text = fs::read_to_string(&self.log).unwrap_or_default();
-        let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it printed nothing");
-        bail!("{last} ({status}; all it said is in {})", self.log.display());
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        // It may have ended already; then there is nothing to kill, which is as good.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }

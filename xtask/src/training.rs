@@ -1,0 +1,78 @@
+//! The demo's training: the hybrid, and beside it on the other core a flat TD3 to compare with.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::process::Process;
+use crate::shell::{remove_folder, root, run_shown, say};
+
+/// What to train, and where it goes.
+pub(crate) struct Training<'a> {
+    /// Folder of the built programs.
+    pub programs: &'a Path,
+    /// Seed of both runs; none for the trainer's own.
+    pub seed: Option<u64>,
+    /// Where the hybrid is exported to.
+    pub model: &'a Path,
+    /// Where the flat model and its logs go.
+    pub out: &'a Path,
+}
+
+impl Training<'_> {
+    /// Trains both, exports both. The flat model's folder; none when the flat policy missed its gate, which is
+    /// told and no failure of the demo.
+    ///
+    /// # Errors
+    /// A run that fails, or a hybrid that missed its gate.
+    pub(crate) fn run(&self) -> Result<Option<PathBuf>> {
+        let (hybrid, flat) = (root().join("runs/demo"), root().join("runs/demo-flat"));
+        remove_folder(&hybrid)?;
+        remove_folder(&flat)?;
+        let log = self.out.join("flat-train.log");
+        say(&format!("  a flat TD3 is trained beside it; its progress is in {}", short(&log)));
+        let mut beside = Process::start(self.train("td3", &flat), log)?;
+        run_shown(&mut self.train("hybrid", &hybrid), "trainer train")?;
+        run_shown(&mut self.export(&hybrid, self.model), "trainer export")?;
+        if beside.ended()?.is_none() {
+            say("  waiting for the flat TD3");
+        }
+        beside.finish()?;
+        let folder = self.out.join("flat");
+        match Process::start(self.export(&flat, &folder), self.out.join("flat-export.log"))?.finish() {
+            Ok(()) => Ok(Some(folder)),
+            Err(error) => {
+                say(&format!("  the flat TD3 is not shown: {error:#}"));
+                Ok(None)
+            }
+        }
+    }
+
+    fn train(&self, algorithm: &str, run: &Path) -> Command {
+        let mut train = trainer(self.programs);
+        train.args(["train", "--profile", "quick", "--algorithm", algorithm, "--out"]).arg(run);
+        if let Some(seed) = self.seed {
+            train.args(["--seed", &seed.to_string()]);
+        }
+        train
+    }
+
+    fn export(&self, run: &Path, folder: &Path) -> Command {
+        let mut export = trainer(self.programs);
+        export.arg("export").arg("--run").arg(run).arg("--out").arg(folder);
+        export
+    }
+}
+
+/// The trainer, ready for its arguments.
+pub(crate) fn trainer(programs: &Path) -> Command {
+    let mut command = Command::new(programs.join("trainer"));
+    command.current_dir(root());
+    command
+}
+
+/// A path as the user types it at the workspace's root.
+pub(crate) fn short(path: &Path) -> String {
+    path.strip_prefix(root()).unwrap_or(path).display().to_string()
+}
