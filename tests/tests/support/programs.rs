@@ -58,7 +58,11 @@ pub struct Ended {
 
 impl Running {
     pub fn start(name: &str, stage: &Stage, arguments: &[&str]) -> Self {
-        let mut command = program(name, stage, arguments);
+        Self::of(name, program(name, stage, arguments))
+    }
+
+    /// A program that is already put together.
+    pub fn of(name: &str, mut command: Command) -> Self {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = command.spawn().unwrap_or_else(|error| panic!("{name} does not start: {error}"));
         Self { child, name: name.to_owned() }
