@@ -89,6 +89,8 @@ pub struct LowConfig {
     pub subgoal_m: [f32; 2],
     /// Steps after which a subgoal is given up (truncated).
     pub subgoal_steps: u32,
+    /// The learning rates fall from the learner's to this share of them over the stage.
+    pub final_learning_rate_share: f32,
     /// Which reward.
     pub reward: RewardProfile,
     /// Weights of the profile `decomposed`.

@@ -113,11 +113,12 @@ impl Td3 {
         self.updates
     }
 
-    /// Multiplies both learning rates, for fine-tuning and after a roll-back.
-    pub fn scale_learning_rates(&mut self, factor: f32) {
-        let scale = |adam: &mut Adam| adam.set_learning_rate(adam.learning_rate() * factor);
-        scale(&mut self.actor_adam);
-        self.critics.iter_mut().for_each(|critic| scale(&mut critic.adam));
+    /// Sets both learning rates to a share of the configured ones, for a schedule and after a roll-back.
+    pub fn set_learning_rate_share(&mut self, share: f32) {
+        self.actor_adam.set_learning_rate(share * self.config.actor_learning_rate);
+        for critic in &mut self.critics {
+            critic.adam.set_learning_rate(share * self.config.critic_learning_rate);
+        }
     }
 
     /// One update of the critics and, every `policy_delay` updates, of actor and targets.

@@ -36,7 +36,7 @@ pub struct Record {
     pub faults: [u64; FAULT_BITS],
     /// Goals received.
     pub goals: u64,
-    /// Goals reached, or less than a step away when the next one came.
+    /// Goals reached, or less than a step away when the next one came or the scans ended.
     pub goals_reached: u64,
     /// Driven as the odometry saw it, m.
     pub distance_m: f64,
@@ -107,11 +107,13 @@ impl Record {
 
     fn note_goal(&mut self, inputs: &Inputs<'_>, status: &TickStatus, step_max_m: f32) {
         if status.faults & fault::STOPPING != 0 {
+            if status.faults & fault::STALE_SCAN != 0 {
+                self.settle_goal(step_max_m);
+            }
             return;
         }
         if self.goal_id != Some(inputs.goal.id) {
-            // A simulator moves on as soon as the goal is reached, so that its last scan shows the step before.
-            self.goals_reached += u64::from(!self.goal_done && self.last_goal_gap_m <= step_max_m);
+            self.settle_goal(step_max_m);
             self.goal_id = Some(inputs.goal.id);
             self.goal_done = false;
             self.goals += 1;
@@ -121,6 +123,15 @@ impl Record {
             self.goals_reached += 1;
         }
         self.last_goal_gap_m = status.goal_distance_m - inputs.goal.radius_m;
+    }
+
+    /// The goal that nothing more is heard of counts as reached if it was less than a step away: a simulator
+    /// leaves or moves on as soon as it is reached, so that its last scan shows the step before.
+    fn settle_goal(&mut self, step_max_m: f32) {
+        if !self.goal_done && self.last_goal_gap_m <= step_max_m {
+            self.goal_done = true;
+            self.goals_reached += 1;
+        }
     }
 
     /// A jump that no robot can make (a new episode, a reset of the odometry) is no distance.
@@ -149,12 +160,11 @@ impl Record {
         self.skipped_periods += skipped;
     }
 
-    /// The last goal counts as reached if the run ended within a step of it: its simulator left at once.
+    /// Ends the record; `peer_left` when it ended because whoever published the scans left.
     pub fn close(&mut self, ended_ns: u64, peer_left: bool, step_max_m: f32) {
         self.ended_ns = ended_ns;
-        if peer_left && !self.goal_done && self.last_goal_gap_m <= step_max_m {
-            self.goals_reached += 1;
-            self.goal_done = true;
+        if peer_left {
+            self.settle_goal(step_max_m);
         }
     }
 }
@@ -166,11 +176,21 @@ mod tests {
     use nav_core::messages::{Goal, Header, LaserScan};
 
     fn tick(record: &mut Record, seq: u64, x_m: f32, goal: (u32, f32), state: RunState) {
+        tick_with(record, seq, x_m, goal, (state, 0));
+    }
+
+    fn tick_with(
+        record: &mut Record,
+        seq: u64,
+        x_m: f32,
+        goal: (u32, f32),
+        (state, faults): (RunState, u32),
+    ) {
         let header = Header { stamp_ns: seq, seq };
         let odom = Odometry { header, pose: Pose::new(x_m, 0.0, 0.0), ..Odometry::default() };
         let message = Goal { header, id: goal.0, radius_m: 0.3, ..Goal::default() };
         let scan = LaserScan::default();
-        let status = TickStatus { state, goal_distance_m: goal.1, ..TickStatus::default() };
+        let status = TickStatus { state, faults, goal_distance_m: goal.1, ..TickStatus::default() };
         record.note(&Inputs { scan: &scan, odom: &odom, goal: &message }, &status, 0.1);
     }
 
@@ -185,9 +205,12 @@ mod tests {
         // A new episode elsewhere; it ends one step before the goal, as a simulator shows it.
         tick(&mut record, 14, -7.0, (2, 0.35), RunState::Driving);
         tick(&mut record, 15, -7.0, (3, 9.0), RunState::Driving);
+        // The fourth is reached in the step that its simulator no longer shows before it leaves.
+        tick(&mut record, 16, -7.0, (4, 0.39), RunState::Driving);
+        tick_with(&mut record, 16, -7.0, (4, 0.39), (RunState::Ready, fault::STALE_SCAN));
         record.close(0, true, 0.1);
         assert!((record.distance_m - 1.05).abs() < 1e-5, "{}", record.distance_m);
-        assert_eq!((record.goals, record.goals_reached), (3, 2));
+        assert_eq!((record.goals, record.goals_reached), (4, 3));
         assert_eq!(record.states[RunState::Reached as usize], 2);
     }
 

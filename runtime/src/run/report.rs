@@ -33,7 +33,7 @@ pub struct Report {
     pub decisions: u64,
     /// Goals received.
     pub goals: u64,
-    /// Goals reached, or less than a step away when the next one came.
+    /// Goals reached, or less than a step away when the next one came or the scans ended.
     pub goals_reached: u64,
     /// Driven as the odometry saw it, m.
     pub distance_m: f64,

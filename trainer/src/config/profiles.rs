@@ -71,6 +71,7 @@ impl Default for LowConfig {
             goal_share: 0.3,
             subgoal_m: [0.7, 3.0],
             subgoal_steps: 80,
+            final_learning_rate_share: 0.1,
             reward: RewardProfile::Decomposed,
             decomposed: decomposed::LowWeights::default(),
             paper: paper::LowWeights::default(),

@@ -61,12 +61,20 @@ impl Config {
             }
         }
         ensure!(low.envs > 0 && high.envs > 0, "low.envs and high.envs must be at least 1");
+        ensure!(
+            (1..=self.task.episode_steps).contains(&low.subgoal_steps),
+            "low.subgoal_steps must lie between 1 and task.episode_steps"
+        );
         ensure!(low.env_steps_per_update > 0, "low.env_steps_per_update must be at least 1");
         ensure!(high.decisions_per_update > 0, "high.decisions_per_update must be at least 1");
         ensure!(low.batch > 0 && high.batch > 0, "low.batch and high.batch must be at least 1");
         ensure!(low.replay_capacity >= low.batch, "low.replay_capacity must be at least low.batch");
         ensure!(high.replay_capacity >= high.batch, "high.replay_capacity must be at least high.batch");
         ensure!((0.0..1.0).contains(&low.discount), "low.discount must lie in [0, 1)");
+        ensure!(
+            (0.0..=1.0).contains(&low.final_learning_rate_share),
+            "low.final_learning_rate_share must lie in [0, 1]"
+        );
         ensure!((0.0..1.0).contains(&high.discount), "high.discount must lie in [0, 1)");
         ensure!((0.0..=1.0).contains(&low.goal_share), "low.goal_share must lie in [0, 1]");
         ensure!((1..=10).contains(&high.n_step), "high.n_step must lie in [1, 10]");

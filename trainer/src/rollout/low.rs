@@ -36,8 +36,10 @@ pub enum Attempt {
     Reached,
     /// The robot collided (terminated).
     Collided,
-    /// Time ran out (truncated).
+    /// It took too long (truncated).
     GivenUp,
+    /// The episode ended on the way to a subgoal (truncated): says nothing about the policy.
+    Cut,
 }
 
 /// A transition, as stored.
@@ -181,8 +183,10 @@ impl LowRobot {
             Attempt::Collided
         } else if reached {
             Attempt::Reached
-        } else if outcome.is_over() || self.target_steps >= limit {
+        } else if self.target_steps >= limit || (outcome.is_over() && self.target_is_goal) {
             Attempt::GivenUp
+        } else if outcome.is_over() {
+            Attempt::Cut
         } else {
             Attempt::Running
         };

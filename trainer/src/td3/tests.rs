@@ -122,7 +122,7 @@ fn a_restored_learner_continues_to_the_bit() {
     let mut td3 = Td3::new(OBSERVATION, ACTION, config.clone(), 10);
     let mut rng = Rng::seed_from_u64(11);
     train(&mut td3, &replay, 7, &mut rng);
-    td3.scale_learning_rates(0.5);
+    td3.set_learning_rate_share(0.5);
     let (saved, saved_rng) = (td3.state(), rng.clone());
     let losses = train(&mut td3, &replay, 7, &mut rng);
     let mut again = Td3::new(OBSERVATION, ACTION, config.clone(), 99);

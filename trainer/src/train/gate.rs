@@ -96,7 +96,7 @@ pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Resul
             spin_steps += metrics.spin * metrics.steps as f32;
             steps += metrics.steps;
             *recorder = EpisodeRecorder::new(robot.episode().pose(), config.task.control_period_s);
-            score.attempts += 1;
+            score.attempts += usize::from(attempt != Attempt::Cut);
             reached += usize::from(attempt == Attempt::Reached);
             collided += usize::from(attempt == Attempt::Collided);
         }

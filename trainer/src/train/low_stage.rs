@@ -34,6 +34,7 @@ pub struct LowStage {
     env_steps: u64,
     attempts: Window,
     losses: Td3Losses,
+    rate_factor: f32,
 }
 
 /// Everything that a checkpoint keeps of the stage but the replay buffer's rows.
@@ -48,6 +49,7 @@ pub struct LowState {
     env_steps: u64,
     attempts: Window,
     losses: Td3Losses,
+    rate_factor: f32,
 }
 
 impl LowStage {
@@ -82,6 +84,7 @@ impl LowStage {
             env_steps: 0,
             attempts: Window::new(1_000),
             losses: Td3Losses::default(),
+            rate_factor: 1.0,
             config: low,
         })
     }
@@ -143,6 +146,9 @@ impl LowStage {
         if self.learner.updates() >= due {
             return Ok(());
         }
+        let progress = self.env_steps as f32 / self.config.env_steps as f32;
+        let share = 1.0 + (self.config.final_learning_rate_share - 1.0) * progress.min(1.0);
+        self.learner.set_learning_rate_share(share * self.rate_factor);
         while self.learner.updates() < due {
             self.batch.sample(&self.replay, &mut self.sampler);
             self.losses = self.learner.update(&mut self.batch);
@@ -163,7 +169,7 @@ impl LowStage {
 
     /// Multiplies the learning rates, after a divergence.
     pub fn scale_learning_rates(&mut self, factor: f32) {
-        self.learner.scale_learning_rates(factor);
+        self.rate_factor *= factor;
     }
 
     /// Steps of all robots so far.
@@ -214,6 +220,7 @@ impl LowStage {
             env_steps: self.env_steps,
             attempts: self.attempts.clone(),
             losses: self.losses,
+            rate_factor: self.rate_factor,
         }
     }
 
@@ -235,6 +242,7 @@ impl LowStage {
         self.env_steps = state.env_steps;
         self.attempts = state.attempts;
         self.losses = state.losses;
+        self.rate_factor = state.rate_factor;
         self.refresh()
     }
 }
@@ -255,7 +263,7 @@ fn store(replay: &mut ReplayBuffer, normaliser: &Normaliser, discount: f32, mut 
 impl Window {
     fn note(&mut self, attempt: Attempt) {
         match attempt {
-            Attempt::Running => {}
+            Attempt::Running | Attempt::Cut => {}
             Attempt::Reached => self.push(true, false),
             Attempt::Collided => self.push(false, true),
             Attempt::GivenUp => self.push(false, false),
