@@ -28,7 +28,7 @@ impl Picture {
             title: place.world.name.clone(),
             steps: Vec::new(),
             decisions: Vec::new(),
-            outcome: String::new(),
+            end: None,
         };
         Self { trace, last_subgoal: None }
     }
@@ -55,7 +55,7 @@ impl Picture {
 
     /// Draws `<world>.svg` into a folder.
     pub(crate) fn write(mut self, folder: &Path, report: &EpisodeReport) -> Result<()> {
-        self.trace.outcome = report.end_word().to_owned();
+        self.trace.end = Some(report.metrics.end);
         let name: String = report
             .world
             .chars()

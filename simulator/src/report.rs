@@ -174,22 +174,13 @@ impl Summary {
 }
 
 impl EpisodeReport {
-    /// How it ended, in a word.
-    pub(crate) fn end_word(&self) -> &'static str {
-        match self.metrics.end {
-            EpisodeEnd::Success => "success",
-            EpisodeEnd::Collision => "collision",
-            EpisodeEnd::Timeout => "timeout",
-        }
-    }
-
     /// One line for people.
     pub(crate) fn line(&self) -> String {
         let metrics = &self.metrics;
         format!(
             "{}  {:<9}  {:5.1} s  {:5.1} m driven, {:5.1} m shortest  clearance {:.2} m",
             self.world,
-            self.end_word(),
+            self.metrics.end.word(),
             metrics.time_s,
             metrics.path_m,
             metrics.geodesic_m,

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 const SPIN_WINDOW_S: f32 = 2.0;
 const SPIN_MOVED_M: f32 = 0.25;
 const SPIN_TURNED_RAD: f32 = 0.8;
-/// Longest spin window, steps.
+/// Longest spin window, steps: 2 s at 8 ms a step.
 const SPIN_STEPS_MAX: usize = 256;
 
 /// How an episode ended.
@@ -32,6 +32,17 @@ pub enum EpisodeEnd {
     Collision,
     /// Time ran out.
     Timeout,
+}
+
+impl EpisodeEnd {
+    /// In a word, as reports and pictures have it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Success => "success",
+            Self::Collision => "collision",
+            Self::Timeout => "timeout",
+        }
+    }
 }
 
 /// The truth of one step.
@@ -72,7 +83,7 @@ pub struct EpisodeMetrics {
     pub path_efficiency_euclidean: Option<f32>,
     /// See the module.
     pub smoothness: f32,
-    /// See the module; absent for an episode without motion.
+    /// See the module; absent for an episode without motion or of two steps at most.
     pub log_jerk: Option<f32>,
     /// Smallest clearance, m.
     pub clearance_min_m: f32,
@@ -88,7 +99,6 @@ pub struct EpisodeMetrics {
 #[derive(Clone, Debug)]
 pub struct EpisodeRecorder {
     period_s: f32,
-    start: Pose,
     last: Pose,
     last_speed_mps: f32,
     last_acceleration_mps2: Option<f32>,
@@ -112,7 +122,6 @@ impl EpisodeRecorder {
     pub fn new(start: Pose, period_s: f32) -> Self {
         Self {
             period_s,
-            start,
             last: start,
             last_speed_mps: 0.0,
             last_acceleration_mps2: None,
@@ -205,11 +214,6 @@ impl EpisodeRecorder {
                 .then_some(self.time_to_collision_min_s),
             spin: self.spin_steps as f32 / steps,
         }
-    }
-
-    /// Where the episode started.
-    pub fn start(&self) -> Pose {
-        self.start
     }
 }
 

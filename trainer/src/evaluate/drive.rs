@@ -95,7 +95,8 @@ impl Bench {
         let euclidean_m = (place.world.goal - start).norm();
         let geodesic_m = place.field.path_length_m(start).unwrap_or(euclidean_m);
         if let Some(trace) = &mut trace {
-            trace.outcome = format!("{end:?}").to_lowercase();
+            note_step(trace, &simulation);
+            trace.end = Some(end);
         }
         Driven {
             metrics: recorder.finish(end, simulation.hit_while_standing(), geodesic_m, euclidean_m),
@@ -123,7 +124,7 @@ impl Bench {
             title: place.world.name.clone(),
             steps: Vec::new(),
             decisions: Vec::new(),
-            outcome: String::new(),
+            end: None,
         }
     }
 }
@@ -136,6 +137,10 @@ fn note(trace: &mut EpisodeTrace, simulation: &Simulation, status: &TickStatus) 
             action: status.action as u32,
         });
     }
+    note_step(trace, simulation);
+}
+
+fn note_step(trace: &mut EpisodeTrace, simulation: &Simulation) {
     let people = simulation.people().iter().map(|person| person.position).collect();
     trace.steps.push(TraceStep { pose: simulation.pose(), people });
 }

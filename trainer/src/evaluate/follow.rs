@@ -57,7 +57,9 @@ impl Follower {
         let angular = (bearing / TURN_TIME_S).clamp(-robot.angular_max_radps, robot.angular_max_radps);
         let aligned = (1.0 - bearing.abs() / 0.9).clamp(0.0, 1.0);
         let clear = ((ahead_m - 0.05) / SLOW_M).clamp(0.0, 1.0);
-        let wish = (robot.linear_max_mps * aligned * clear, angular);
+        // Like the policy, a rival stands where it believes to have arrived.
+        let has_arrived = self.navigator.goal_reached();
+        let wish = if has_arrived { (0.0, 0.0) } else { (robot.linear_max_mps * aligned * clear, angular) };
         let (linear_mps, angular_radps, faults) = self.guard.limit(wish);
         self.commands += 1;
         let command = CmdVel {
@@ -69,7 +71,7 @@ impl Follower {
             reserved: 0,
         };
         let status = TickStatus {
-            state: RunState::Driving,
+            state: if has_arrived { RunState::Reached } else { RunState::Driving },
             faults,
             decided: None,
             action: ACTION_GOAL,

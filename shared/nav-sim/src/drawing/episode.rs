@@ -3,6 +3,7 @@
 use super::canvas::{Canvas, Panel};
 use super::lettering::{Anchor, Style, write_text};
 use super::{EpisodeTrace, TraceStep};
+use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_GOAL, ACTION_WAIT};
 
 const FLOOR: &str = "#f8f7f4";
@@ -127,7 +128,7 @@ fn draw_robot(canvas: &mut Canvas, trace: &EpisodeTrace, edge_px: f32) {
     canvas.circle(start.position(), trace.robot_radius_m, &ring);
     canvas.heading(start.position(), start.yaw_rad, 1.6 * trace.robot_radius_m, &tick(&pale));
     if let Some(last) = trace.steps.last().map(|step| step.pose) {
-        let color = if trace.outcome == "collided" { CRASH.to_owned() } else { ramp(1.0) };
+        let color = if trace.end == Some(EpisodeEnd::Collision) { CRASH.to_owned() } else { ramp(1.0) };
         let body =
             format!(r#"fill="{color}" fill-opacity="0.85" stroke="{color}" stroke-width="{edge_px:.1}""#);
         canvas.circle(last.position(), trace.robot_radius_m, &body);
@@ -136,10 +137,10 @@ fn draw_robot(canvas: &mut Canvas, trace: &EpisodeTrace, edge_px: f32) {
 }
 
 fn draw_text(svg: &mut String, trace: &EpisodeTrace, width: f32, unit: f32, margin: f32, height: f32) {
-    let outcome_color = match trace.outcome.as_str() {
-        "reached" => GOAL,
-        "collided" => CRASH,
-        _ => FAINT,
+    let end_color = match trace.end {
+        Some(EpisodeEnd::Success) => GOAL,
+        Some(EpisodeEnd::Collision) => CRASH,
+        Some(EpisodeEnd::Timeout) | None => FAINT,
     };
     let style = |height: f32, share: f32, color, weight| Style {
         height,
@@ -149,8 +150,8 @@ fn draw_text(svg: &mut String, trace: &EpisodeTrace, width: f32, unit: f32, marg
     };
     let title = style(2.5 * unit, 0.68, TEXT, 0.95);
     write_text(svg, &trace.title, (margin, 5.4 * unit), Anchor::Start, &title);
-    let outcome = style(2.2 * unit, 0.28, outcome_color, 1.0);
-    write_text(svg, &trace.outcome, (width - margin, 5.4 * unit), Anchor::End, &outcome);
+    let end = style(2.2 * unit, 0.28, end_color, 1.0);
+    write_text(svg, trace.end.map_or("", EpisodeEnd::word), (width - margin, 5.4 * unit), Anchor::End, &end);
     if trace.steps.len() > 1 {
         let label = format!("{} steps", trace.steps.len() - 1);
         let at = (width - margin, height - 2.8 * unit);

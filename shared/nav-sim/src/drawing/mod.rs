@@ -20,6 +20,7 @@ pub use file::{DrawError, write_picture};
 use crate::world::World;
 use canvas::Panel;
 use nav_core::geometry::{Point, Pose};
+use nav_core::metrics::EpisodeEnd;
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -38,8 +39,8 @@ pub struct EpisodeTrace {
     pub steps: Vec<TraceStep>,
     /// What the high level chose.
     pub decisions: Vec<Decision>,
-    /// How it ended; `reached` is written in green, `collided` in red, anything else in grey.
-    pub outcome: String,
+    /// How it ended, if it has: success in green, collision in red, timeout in grey.
+    pub end: Option<EpisodeEnd>,
 }
 
 /// Where everybody was at one step, in the world frame.

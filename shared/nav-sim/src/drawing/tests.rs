@@ -25,7 +25,7 @@ fn trace() -> EpisodeTrace {
         title: "a <test> & more".into(),
         steps,
         decisions: vec![Decision { step: 3, subgoal: Point::new(6.0, 4.0), action: 2 }],
-        outcome: "timed_out".into(),
+        end: Some(EpisodeEnd::Timeout),
     }
 }
 
@@ -58,6 +58,18 @@ fn a_png_shows_things_where_they_are() {
 }
 
 #[test]
+fn the_end_shows_in_its_colour() {
+    let crashed = EpisodeTrace { end: Some(EpisodeEnd::Collision), ..trace() };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("crash.png");
+    write_picture(&path, &svg(&crashed)).expect("the picture can be written");
+    let picture = image::open(&path).expect("a PNG").into_rgb8();
+    let last = crashed.steps.last().expect("steps").pose.position();
+    let [red, _, blue] = pixel(&picture, last + nav_core::geometry::Vector::new(-0.1, 0.1));
+    assert!(red > blue + 40, "a crashed robot is red: {red} {blue}");
+}
+
+#[test]
 fn an_svg_is_written_as_it_is_and_escaped() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("episode.svg");
@@ -70,7 +82,7 @@ fn an_svg_is_written_as_it_is_and_escaped() {
 #[test]
 fn sheets_have_rows_and_columns_and_may_be_empty() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let bare = EpisodeTrace { steps: Vec::new(), decisions: Vec::new(), outcome: String::new(), ..trace() };
+    let bare = EpisodeTrace { steps: Vec::new(), decisions: Vec::new(), end: None, ..trace() };
     for (count, columns, width) in [(5, 2, 2.0), (1, 4, 1.0), (0, 3, 1.0)] {
         let text = svg_sheet(&vec![bare.clone(); count], columns);
         let path = folder.path().join("sheet.png");
