@@ -1,9 +1,9 @@
 //! Where worlds come from: a family, a map or a file.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use nav_core::geometry::{Point, Pose};
 use nav_core::task::Task;
-use nav_sim::families::{Family, Split, generate};
+use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate};
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::map_file::{Map, MapOptions};
 use nav_sim::world::World;
@@ -43,6 +43,12 @@ impl WorldSource {
         if let Some(path) = &arguments.world_file {
             return Ok(Self::Fixed(Arc::new(world_file::load(path, task.robot.radius_m)?)));
         }
+        ensure!(
+            task.robot.radius_m <= DESIGN_RADIUS_M + 1e-6,
+            "the scene families have ways for a robot of radius {DESIGN_RADIUS_M} m at most, and --model has one of \
+             {} m: drive it on a --map or in a --world-file",
+            task.robot.radius_m
+        );
         Ok(Self::Family(arguments.family, arguments.split))
     }
 
@@ -62,7 +68,7 @@ impl WorldSource {
         };
         let start = world.start.position();
         let field = GeodesicField::new(&world, task.robot.radius_m);
-        let geodesic_m = field.distance_m(start).with_context(|| {
+        let geodesic_m = field.path_length_m(start).with_context(|| {
             format!(
                 "in {} a robot of radius {} m has no way from start to goal: choose other ones",
                 world.name, task.robot.radius_m

@@ -19,7 +19,8 @@ use trainer::onnx::{Normalisation, write_mlp};
 fn python() -> Option<PathBuf> {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the package lies in the checkout");
     let python = checkout.join(".tools/python/bin/python3");
-    if python.exists() {
+    // The mark of a finished installation.
+    if checkout.join(".tools/python/complete").exists() {
         return Some(python);
     }
     let required = std::env::var("CI").is_ok_and(|value| value == "true");

@@ -100,7 +100,8 @@ pub(crate) fn set_up(wheel: Option<&Path>) -> Result<()> {
             TORCH.version
         );
     }
-    for (program, package) in [("gcc", "gcc"), ("readelf", "binutils"), ("strip", "binutils")] {
+    for (program, package) in [("gcc", "gcc"), ("c++", "g++"), ("readelf", "binutils"), ("strip", "binutils")]
+    {
         if !have(program, &["--version"]) {
             bail!(
                 "{program} is not installed; install it (on Debian: apt-get install {package}) and run this again"

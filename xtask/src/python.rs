@@ -35,11 +35,14 @@ pub(crate) fn set_up() -> Result<()> {
         "making a Python environment",
         |_| (),
     )?;
+    let mut ask = Command::new(folder.join("bin/python3"));
+    ask.args(["-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]);
+    let packages = run_quiet(&mut ask, "asking where Python packages lie", |_| ())?;
     let mut install = pip;
+    // By folder: `--python` would ask for a pip of 2022 or later.
     install
-        .arg("--python")
-        .arg(folder.join("bin/python3"))
-        .args(["install", "--quiet", "--only-binary=:all:", "--no-warn-script-location"])
+        .args(["install", "--quiet", "--only-binary=:all:", "--no-warn-script-location", "--target"])
+        .arg(packages.trim())
         .args(["--progress-bar", "off", "--disable-pip-version-check"])
         .args(PACKAGES);
     run_quiet(&mut install, "installing the Python packages", |since| {

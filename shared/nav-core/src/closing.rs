@@ -49,7 +49,8 @@ impl ClosingSpeeds {
     }
 
     /// A sector closes in at the range seen in its direction `span_s` ago, carried forward by the robot's
-    /// displacement, less its range now, divided by `span_s`.
+    /// displacement, less its range now, divided by `span_s`. Beyond the lidar's range nothing is known, so that
+    /// free space left behind does not close in.
     fn measure(&mut self, geometry: &ScanGeometry, span_s: f32) {
         let (now, then) = (self.poses[0], self.poses[CHANGE_STEPS]);
         let moved = now.position() - then.position();
@@ -64,7 +65,8 @@ impl ClosingSpeeds {
             let at = |index: usize| before[index % SECTOR_COUNT];
             // The nearest of three sectors then: an edge that slid by a sector is not a person.
             let nearest_m = at(from + SECTOR_COUNT - 1).min(at(from)).min(at(from + 1));
-            let closing = (nearest_m - ahead_m * dir_x - left_m * dir_y - self.ranges_m[0][sector]) / span_s;
+            let expected_m = (nearest_m - ahead_m * dir_x - left_m * dir_y).min(geometry.range_max_m());
+            let closing = (expected_m - self.ranges_m[0][sector]) / span_s;
             self.closing_mps[sector] = if closing > LEAST_MPS { closing.min(MOST_MPS) } else { 0.0 };
         }
     }
@@ -89,5 +91,55 @@ impl ClosingSpeeds {
             }
         }
         soonest_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::LaserScan;
+    use crate::task::Task;
+
+    const STEP_S: f32 = 0.1;
+
+    /// Ten steps of a robot that drives ahead at 1 m/s while something ahead is `gap_m(step)` away.
+    fn driven(gap_m: impl Fn(f32) -> f32) -> ClosingSpeeds {
+        let task = Task::default();
+        let geometry = ScanGeometry::new(&task);
+        let (mut view, mut closing) = (ScanView::new(&geometry), ClosingSpeeds::new());
+        for step in 0..10_u8 {
+            let mut scan = LaserScan { beam_count: task.lidar.beam_count, ..LaserScan::default() };
+            for beam in 0..task.lidar.beam_count as usize {
+                let angle = task.lidar.angle_min_rad() + beam as f32 * task.lidar.angle_increment_rad();
+                scan.ranges_m[beam] = if angle.abs() < 0.3 { gap_m(f32::from(step)) } else { f32::INFINITY };
+            }
+            view.update(&geometry, &scan);
+            let pose = Pose::new(f32::from(step) * STEP_S, 0.0, 0.0);
+            if step == 0 {
+                closing.restart(&view, pose)
+            } else {
+                closing.update(&geometry, &view, pose, STEP_S)
+            }
+        }
+        closing
+    }
+
+    #[test]
+    fn open_floor_and_walls_do_not_close_in_on_a_robot_that_drives() {
+        for closing in [driven(|_| f32::INFINITY), driven(|step| 4.0 - 0.1 * step)] {
+            assert_eq!(closing.closing_mps, [0.0; SECTOR_COUNT]);
+        }
+    }
+
+    #[test]
+    fn what_comes_closes_in_with_its_own_speed_and_is_met_in_time() {
+        // It comes at 1 m/s, the robot at 1 m/s: 2 m less a second.
+        let closing = driven(|step| 4.0 - 0.2 * step);
+        assert!((closing.towards_mps(0.0) - 1.0).abs() < 0.1, "{}", closing.towards_mps(0.0));
+        assert_eq!(closing.towards_mps(PI), 0.0);
+        let geometry = ScanGeometry::new(&Task::default());
+        // 2.2 m away by then, 2 m from the footprint.
+        let contact_s = closing.time_to_contact_s(&geometry, 0.2, 1.0);
+        assert!((contact_s - 1.0).abs() < 0.1, "{contact_s}");
     }
 }

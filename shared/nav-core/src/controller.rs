@@ -1,5 +1,5 @@
-//! The tick: from messages to a velocity command. The one definition of acting, for the robot, for
-//! evaluation and for the frozen low level in training.
+//! The tick: from messages to a velocity command. The one definition of acting, for the robot and for
+//! evaluation; training takes the same steps of the same navigator and guard with choices of its own.
 
 use crate::guard::Guard;
 use crate::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, fault};
@@ -134,6 +134,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
                 wish = self.act(&mut status);
             }
         } else {
+            self.navigator.note_gap();
             let missing = fault::STALE_SCAN | fault::STALE_ODOM | fault::NO_GOAL;
             let only_missing = status.faults & fault::STOPPING & !missing == 0;
             status.state = if only_missing { RunState::Ready } else { RunState::Stopped };
@@ -200,10 +201,5 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
     /// The navigator, for pictures and records.
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
-    }
-
-    /// The high level's values of the last decision, by action.
-    pub fn values(&self) -> &[f32; ACTION_COUNT] {
-        &self.values
     }
 }

@@ -2,7 +2,8 @@
 //! free. Dial's algorithm over the window of the [`LocalMap`], 8-connected, in fixed memory.
 //!
 //! Cells beside an occupied one cost [`NEAR_FACTOR`] times as much, and a gap of one cell between two
-//! occupied ones is closed: sparse beams leave holes in walls that the robot could not pass anyway.
+//! occupied ones is closed: sparse beams leave holes in walls. A door of less than three cells (0.75 m) may so
+//! count as closed, depending on where the cells fall; this is a hint to the policy, not what it may do.
 
 use crate::geometry::Point;
 use crate::local_map::{CELL_M, Cell, LocalMap, MAP_CELLS};
@@ -88,23 +89,32 @@ impl Geodesic {
     }
 
     /// Length of the way from a point to the goal, m; `None` where no way is known.
+    ///
+    /// Read from the point's own cell; from its neighbours only where the own cell has none, as beside a wall:
+    /// a neighbour may lie behind it.
     pub fn distance_m(&self, from: Point) -> Option<f32> {
         let center = Cell::of(from);
+        if let Some(distance_m) = self.through(center, from) {
+            return Some(distance_m);
+        }
         let mut best = f32::INFINITY;
         for iy in center.iy - 1..=center.iy + 1 {
             for ix in center.ix - 1..=center.ix + 1 {
-                let (dx, dy) = (ix - self.origin.ix, iy - self.origin.iy);
-                if dx < 0 || dy < 0 || dx >= MAP_CELLS as i32 || dy >= MAP_CELLS as i32 {
-                    continue;
-                }
-                let cell = Cell { ix, iy };
-                let cost = self.cost[self.index(cell)];
-                if cost != UNREACHED {
-                    best = best.min(f32::from(cost) * UNIT_M + (cell.center() - from).norm());
-                }
+                best = best.min(self.through(Cell { ix, iy }, from).unwrap_or(f32::INFINITY));
             }
         }
         best.is_finite().then_some(best)
+    }
+
+    /// Length of the way by a cell's centre, m; `None` outside the map or where the cell has none.
+    fn through(&self, cell: Cell, from: Point) -> Option<f32> {
+        let (dx, dy) = (cell.ix - self.origin.ix, cell.iy - self.origin.iy);
+        let side = 0..MAP_CELLS as i32;
+        if !side.contains(&dx) || !side.contains(&dy) {
+            return None;
+        }
+        let cost = self.cost[self.index(cell)];
+        (cost != UNREACHED).then(|| f32::from(cost) * UNIT_M + (cell.center() - from).norm())
     }
 
     fn index(&self, cell: Cell) -> usize {

@@ -1,7 +1,7 @@
 //! Planar geometry: angles and poses. Counter-clockwise positive, x forward, radians and metres.
 
 use core::f32::consts::{PI, TAU};
-use nalgebra::{Isometry2, Point2, Rotation2, Vector2};
+use nalgebra::{Point2, Vector2};
 
 /// A point of the plane, m.
 pub type Point = Point2<f32>;
@@ -19,6 +19,7 @@ pub fn wrap_angle(angle_rad: f32) -> f32 {
 
 /// Position and heading of a frame in a parent frame; as a map it is `parent_from_frame`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 #[repr(C)]
 pub struct Pose {
     /// Position along the parent's x axis, m.
@@ -40,19 +41,14 @@ impl Pose {
         Point::new(self.x_m, self.y_m)
     }
 
-    /// `parent_from_frame` as a rigid transform.
-    pub fn isometry(&self) -> Isometry2<f32> {
-        Isometry2::new(Vector::new(self.x_m, self.y_m), self.yaw_rad)
-    }
-
     /// A point of this frame, in the parent frame.
     pub fn parent_from_local(&self, local: Point) -> Point {
-        self.position() + Rotation2::new(self.yaw_rad) * local.coords
+        self.position() + rotated(local.coords, self.yaw_rad)
     }
 
     /// A point of the parent frame, in this frame.
     pub fn local_from_parent(&self, parent: Point) -> Point {
-        Point::from(Rotation2::new(-self.yaw_rad) * (parent - self.position()))
+        Point::from(rotated(parent - self.position(), -self.yaw_rad))
     }
 
     /// The direction from here to `target` in the parent frame, rad in (-π, π]; 0 for the same point.
@@ -74,6 +70,12 @@ impl Pose {
             yaw_rad: wrap_angle(self.yaw_rad + turn_rad),
         }
     }
+}
+
+/// A vector turned counter-clockwise. With libm: the same bits whatever features nalgebra is built with.
+fn rotated(vector: Vector, angle_rad: f32) -> Vector {
+    let (sin, cos) = libm::sincosf(angle_rad);
+    Vector::new(cos * vector.x - sin * vector.y, sin * vector.x + cos * vector.y)
 }
 
 #[cfg(test)]

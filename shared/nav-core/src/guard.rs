@@ -70,7 +70,8 @@ impl Guard {
             goal.radius_m,
         ];
         // Beyond 100 km a float has no centimetres left.
-        if numbers.iter().any(|value| !value.is_finite() || value.abs() > 1e5) {
+        let is_odd = numbers.iter().any(|value| !value.is_finite() || value.abs() > 1e5);
+        if is_odd || (goal.header.is_received() && goal.radius_m <= 0.0) {
             faults |= fault::BAD_INPUT;
         }
         faults
@@ -81,7 +82,8 @@ impl Guard {
         if !scan.header.is_received() {
             return 0;
         }
-        let valid = scan.ranges_m().iter().filter(|range| **range >= self.task.lidar.range_min_m).count();
+        let range_min_m = self.task.lidar.range_min_m.max(scan.range_min_m);
+        let valid = scan.ranges_m().iter().filter(|range| **range >= range_min_m).count();
         let enough = valid as f32 >= VALID_BEAM_SHARE_MIN * scan.ranges_m().len() as f32;
         if navigator.accepts(scan) && enough { 0 } else { fault::BAD_SCAN }
     }

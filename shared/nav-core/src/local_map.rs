@@ -134,8 +134,8 @@ impl LocalMap {
         }
     }
 
-    /// Adds a scan taken at `position` with heading (`cos`, `sin`) in the `odom` frame. Rays count as far as
-    /// [`RAY_MAX_M`]; `position` must be the one that the map was last centred on.
+    /// Adds a scan taken at `position` with heading (`cos`, `sin`) in the `odom` frame. Rays clear cells as
+    /// far as [`RAY_MAX_M`], hits count in the whole window; `position` must be the one that the map was last centred on.
     pub fn integrate(&mut self, position: Point, cos: f32, sin: f32, scan: &ScanView) {
         const SCALE: f32 = 1.0 / CELL_M;
         // Relative to the window's corner a ray never leaves the window, and truncation is rounding down.

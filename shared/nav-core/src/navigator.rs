@@ -23,7 +23,7 @@ const MAP_EVERY: u32 = 2;
 const WAIT_STEPS: u32 = 5;
 /// No decision ends earlier than this for a blocked corridor or a threatening person, steps.
 const HOLD_MIN_STEPS: u32 = 4;
-/// The robot is stuck when it has moved less than [`STUCK_M`] in this many steps.
+/// The robot is stuck when its last so many positions lie less than [`STUCK_M`] apart, the oldest from the newest.
 const STUCK_STEPS: usize = 10;
 const STUCK_M: f32 = 0.1;
 /// The robot has arrived within this share of the goal's radius.
@@ -78,6 +78,7 @@ pub struct Navigator {
     /// Compressed clearances, now and of the last [`CHANGE_STEPS`] steps, newest first.
     clearance: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
     closing: ClosingSpeeds,
+    has_gap: bool,
     /// Positions of the last [`STUCK_STEPS`] steps, a ring indexed by step.
     trail: [Point; STUCK_STEPS],
     steps: u32,
@@ -110,6 +111,7 @@ impl Navigator {
             goal_id: None,
             clearance: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
             closing: ClosingSpeeds::new(),
+            has_gap: false,
             trail: [Point::origin(); STUCK_STEPS],
             steps: 0,
             best_distance_m: f32::INFINITY,
@@ -141,7 +143,8 @@ impl Navigator {
         } else {
             self.steps += 1;
         }
-        self.remember(is_new);
+        let had_gap = core::mem::take(&mut self.has_gap);
+        self.remember(is_new || had_gap);
         self.candidates = None;
         self.best_distance_m = self.best_distance_m.min(self.goal_distance_m());
         self.has_arrived |= self.arrives();
@@ -182,6 +185,11 @@ impl Navigator {
             let (sin, cos) = libm::sincosf(self.pose.yaw_rad);
             self.map.integrate(self.pose.position(), cos, sin, &self.scan);
         }
+    }
+
+    /// Steps were missed: what the next scan shows must not be compared with those before.
+    pub fn note_gap(&mut self) {
+        self.has_gap = true;
     }
 
     /// Straight distance to the goal, m.
@@ -315,11 +323,6 @@ impl Navigator {
         encode_high(&directions, &globals, &mut self.high);
         self.candidates = Some(candidates);
         (&self.high, candidates.mask)
-    }
-
-    /// The observation and mask that [`Self::prepare_decision`] made.
-    pub fn high_observation(&self) -> &[f32; HIGH_OBSERVATION] {
-        &self.high
     }
 
     /// Carries out `action` from now on. The subgoal stays fixed in the `odom` frame. An action that is not

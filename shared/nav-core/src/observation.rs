@@ -29,7 +29,7 @@ pub const HIGH_OBSERVATION: usize = DIRECTION_COUNT * DIRECTION_FEATURES + GLOBA
 pub const CANDIDATE_FEATURES: usize = DIRECTION_COUNT * DIRECTION_FEATURES + GLOBAL_FEATURES + 4;
 /// Names this layout; a manifest with another is refused.
 pub const LAYOUT: &str = "low: 36 log-clearance from -pi ccw, 36 change over 3 steps, d/5, exp(-d), sin, cos, v, w; \
-     high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 11 globals; candidate: 111; v1";
+     high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 11 globals; candidate: 111; v2";
 
 /// The fine end of [`compress`], m.
 const COMPRESS_M: f32 = 0.25;

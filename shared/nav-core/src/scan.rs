@@ -34,7 +34,8 @@ pub struct ScanGeometry {
     /// Unit vectors of the beams.
     directions: [(f32, f32); MAX_BEAMS],
     sector_of_beam: [u8; MAX_BEAMS],
-    /// Sectors that no beam looks into (field of view below a full circle).
+    /// Sectors that no beam looks into (field of view below a full circle, or fewer beams than sectors): they
+    /// count as free in training as on the robot.
     unseen: [bool; SECTOR_COUNT],
     /// Unit vectors of the sectors' middles.
     sector_directions: [(f32, f32); SECTOR_COUNT],
@@ -74,7 +75,7 @@ impl ScanGeometry {
         scan.beam_count as usize == self.beam_count
             && (scan.angle_min_rad - self.angle_min_rad).abs() < 1e-3
             && (scan.angle_increment_rad - self.angle_increment_rad).abs() < 1e-5
-            && scan.range_max_m > 0.0
+            && scan.range_max_m >= self.range_max_m - 1e-3
             && scan.range_max_m.is_finite()
     }
 
@@ -92,7 +93,9 @@ impl ScanGeometry {
 /// Sector of a direction in the robot frame.
 fn sector_of(angle_rad: f32) -> usize {
     let turn = (wrap_angle(angle_rad) + PI) / TAU;
-    ((turn * SECTOR_COUNT as f32) as usize).min(SECTOR_COUNT - 1)
+    // A direction on the border, as every other one of 72 beams, belongs to the sector that begins there,
+    // whatever the rounding.
+    ((turn * SECTOR_COUNT as f32 + 1e-3) as usize) % SECTOR_COUNT
 }
 
 /// Direction of the middle of a sector in the robot frame, rad.
@@ -124,11 +127,12 @@ impl ScanView {
 
     /// Digests a scan; the caller has checked that it [`ScanGeometry::fits`].
     pub fn update(&mut self, geometry: &ScanGeometry, scan: &LaserScan) {
+        let range_min_m = geometry.range_min_m.max(scan.range_min_m);
         let mut nearest = [f32::INFINITY; SECTOR_COUNT];
         self.hits.clear();
         self.rays.clear();
         for (beam, &range_m) in scan.ranges_m().iter().take(geometry.beam_count).enumerate() {
-            if range_m.is_nan() || range_m < geometry.range_min_m {
+            if range_m.is_nan() || range_m < range_min_m {
                 continue;
             }
             let (cos, sin) = geometry.directions[beam];

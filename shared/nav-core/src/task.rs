@@ -3,6 +3,7 @@
 //! Written once, in the training configuration; copied into the manifest by the export; read back from
 //! there by runtime, simulator and evaluation. No field of it is typed twice.
 
+use crate::subgoal::{CORRIDOR_LIMIT_M, SUBGOAL_MIN_M};
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +20,8 @@ pub const ACTION_COUNT: usize = DIRECTION_COUNT + 2;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Task {
-    /// Time from one control tick (and simulation step) to the next, s.
+    /// Time from one control tick (and simulation step) to the next, s. The decision rules and the changes in
+    /// the observation count ticks, and were chosen for 0.1 s.
     pub control_period_s: f32,
     /// Steps after which an episode is truncated.
     pub episode_steps: u32,
@@ -215,6 +217,15 @@ impl Task {
                 "decision.time_to_collision_s must lie in [0, 10]",
             ),
             (self.decision.deviation_margin.is_finite(), "decision.deviation_margin must be finite"),
+            (
+                self.decision.subgoal_distance_m > SUBGOAL_MIN_M
+                    && self.decision.subgoal_distance_m + self.decision.corridor_margin_m <= CORRIDOR_LIMIT_M,
+                "decision.subgoal_distance_m must exceed 0.6, and with decision.corridor_margin_m be 4 at most",
+            ),
+            (
+                self.decision.subgoal_reached_m < SUBGOAL_MIN_M,
+                "decision.subgoal_reached_m must be below 0.6, the shortest subgoal",
+            ),
         ];
         match checks.into_iter().find(|(fine, _)| !fine) {
             Some((_, sentence)) => Err(sentence),

@@ -53,7 +53,7 @@ pub struct Base {
 impl Base {
     /// A base at rest.
     pub fn new(task: &Task, disturbance: &DrawnDisturbance, pose: Pose) -> Self {
-        let substeps = substeps(task);
+        let substeps = substeps(task, disturbance);
         let substep_s = task.control_period_s / substeps as f32;
         let lag_s = disturbance.actuation_lag_s;
         Self {
@@ -131,7 +131,8 @@ impl Base {
 
 /// So many that the base never moves by more than half its radius between collision checks; then no wall,
 /// however thin, is jumped, and a corner can be grazed unseen by 3 % of the radius at most.
-fn substeps(task: &Task) -> u32 {
-    let fastest_m = task.robot.linear_max_mps * task.control_period_s;
-    ((2.0 * fastest_m / task.robot.radius_m) as u32 + 1).clamp(SUBSTEPS_MIN, SUBSTEPS_MAX)
+fn substeps(task: &Task, drawn: &DrawnDisturbance) -> u32 {
+    let fastest_m = task.robot.linear_max_mps * task.control_period_s * drawn.velocity_gain.max(1.0);
+    ((2.0 * fastest_m / (task.robot.radius_m * drawn.radius_scale.min(1.0))) as u32 + 1)
+        .clamp(SUBSTEPS_MIN, SUBSTEPS_MAX)
 }

@@ -116,6 +116,11 @@ impl Simulation {
         self.begin(seed);
     }
 
+    /// Sets how many steps an episode may last, from this one on.
+    pub fn set_episode_steps(&mut self, episode_steps: u32) {
+        self.task.episode_steps = episode_steps;
+    }
+
     fn begin(&mut self, seed: u64) {
         self.seed = seed;
         self.drawn = self.disturbance.draw(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
@@ -249,11 +254,6 @@ impl Simulation {
     /// The task.
     pub fn task(&self) -> &Task {
         &self.task
-    }
-
-    /// What this episode drew from the disturbance.
-    pub fn disturbance(&self) -> &DrawnDisturbance {
-        &self.drawn
     }
 
     /// True radius of the footprint, m.

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use nav_core::reward::RewardProfile;
+use nav_sim::families::DESIGN_RADIUS_M;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 
@@ -52,6 +53,10 @@ impl Config {
     pub fn validate(&self) -> Result<()> {
         self.task.validate().map_err(|sentence| anyhow::anyhow!("task.{sentence}"))?;
         self.disturbance.validate().map_err(|sentence| anyhow::anyhow!("disturbance.{sentence}"))?;
+        ensure!(
+            self.task.robot.radius_m <= DESIGN_RADIUS_M + 1e-6,
+            "task.robot.radius_m must be {DESIGN_RADIUS_M} at most: the scene families have ways for such a robot"
+        );
         let (low, high) = (&self.low, &self.high);
         ensure!(self.worlds_per_family > 0, "worlds_per_family must be at least 1");
         for (stage, families) in [("low", &low.families), ("high", &high.families)] {
@@ -79,11 +84,15 @@ impl Config {
         ensure!((0.0..=1.0).contains(&low.goal_share), "low.goal_share must lie in [0, 1]");
         ensure!((1..=10).contains(&high.n_step), "high.n_step must lie in [1, 10]");
         ensure!(!high.deviation_margins.is_empty(), "high.deviation_margins must hold at least one margin");
-        if low.reward == RewardProfile::Decomposed {
+        let rules = [
+            ("low", low.reward, low.decomposed.collided, low.decomposed.least_collided(low.discount)),
+            ("high", high.reward, high.decomposed.collided, high.decomposed.least_collided(high.discount)),
+        ];
+        for (level, reward, collided, least) in rules {
             ensure!(
-                low.decomposed.crash_costs_more_than_waiting(low.discount),
-                "low.decomposed.collided must exceed 2 * time / (1 - discount) = {}: with less, crashing pays",
-                2.0 * low.decomposed.time / (1.0 - low.discount)
+                reward != RewardProfile::Decomposed || collided > least,
+                "{level}.decomposed.collided must exceed {least}, twice what standing still for ever costs: with \
+                 less, crashing pays"
             );
         }
         Ok(())

@@ -7,6 +7,7 @@ use nav_core::metrics::StepTruth;
 use nav_core::navigator::Navigator;
 use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
+use nav_sim::families::lasting;
 use nav_sim::simulation::{Outcome, Simulation, Twist};
 
 use super::worlds::Place;
@@ -14,6 +15,7 @@ use super::worlds::Place;
 /// A simulated robot, observed at every moment.
 #[derive(Clone, Debug)]
 pub struct Episode {
+    task: Task,
     place: Place,
     simulation: Simulation,
     navigator: Navigator,
@@ -25,8 +27,10 @@ pub struct Episode {
 impl Episode {
     /// A robot at the start of a place.
     pub fn new(place: Place, task: &Task, disturbance: &Disturbance, seed: u64) -> Self {
-        let simulation = Simulation::new(place.world.clone(), task, disturbance, seed);
+        let lasting_task = lasting(task, place.family.episode_steps());
+        let simulation = Simulation::new(place.world.clone(), &lasting_task, disturbance, seed);
         let mut episode = Self {
+            task: *task,
             place,
             simulation,
             navigator: Navigator::new(task),
@@ -41,6 +45,7 @@ impl Episode {
     /// Starts again, elsewhere.
     pub fn restart(&mut self, place: Place, seed: u64) {
         self.simulation.reset(place.world.clone(), seed);
+        self.simulation.set_episode_steps(lasting(&self.task, place.family.episode_steps()).episode_steps);
         self.place = place;
         self.goal_id = self.goal_id.wrapping_add(1);
         self.guard.restart_from(0.0, 0.0);

@@ -8,6 +8,7 @@
 //! | terminated | goal reached, or collision |
 //! | truncated | the episode's time over |
 
+use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::navigator::Navigator;
 use nav_core::observation::{HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION};
 use nav_core::reward::{RewardProfile, decomposed, paper};
@@ -163,12 +164,10 @@ impl HighRobot {
         self.actions.push(action as u8);
         self.episode.navigator_mut().commit(action);
         let start = self.episode.navigator().pose();
-        let target_m = self
-            .episode
-            .navigator()
-            .decision()
-            .map_or(0.0, |decision| (decision.subgoal - start.position()).norm());
-        let obstacle_ahead = self.episode.navigator().scan().corridor_m(1.0, 0.0, 0.25, 1.0) < 1.0;
+        let target =
+            self.episode.navigator().decision().map_or(start.position(), |decision| decision.subgoal);
+        let half_width_m = self.episode.simulation().task().robot.radius_m + 0.05;
+        let obstacle_ahead = self.episode.navigator().scan().corridor_m(1.0, 0.0, half_width_m, 1.0) < 1.0;
         let mut pending = Pending { observation: self.observation, action, reward: 0.0, discount: 1.0 };
         let (mut steps, mut total) = (0, 0.0);
         let outcome = loop {
@@ -194,7 +193,7 @@ impl HighRobot {
             }
         };
         if self.config.reward == RewardProfile::Paper {
-            pending.reward = self.paper_reward(start, target_m, obstacle_ahead, outcome);
+            pending.reward = self.paper_reward(start, target, obstacle_ahead, outcome);
             total = pending.reward;
         }
         self.prepare();
@@ -229,26 +228,19 @@ impl HighRobot {
         }
     }
 
-    fn paper_reward(
-        &mut self,
-        start: nav_core::geometry::Pose,
-        target_m: f32,
-        obstacle_ahead: bool,
-        outcome: Outcome,
-    ) -> f32 {
+    fn paper_reward(&mut self, start: Pose, target: Point, obstacle_ahead: bool, outcome: Outcome) -> f32 {
         let pose = self.episode.navigator().pose();
-        let goal = self.episode.navigator().goal();
         let moved = pose.position() - start.position();
         let course_rad = if moved.norm() > 1e-3 { moved.y.atan2(moved.x) } else { pose.yaw_rad };
-        let error = nav_core::geometry::wrap_angle(course_rad - start.bearing_to(goal));
-        let change = nav_core::geometry::wrap_angle(course_rad - self.last_course_rad);
+        let error = wrap_angle(course_rad - start.bearing_to(target));
+        let change = wrap_angle(course_rad - self.last_course_rad);
         self.last_course_rad = course_rad;
         paper::high(
             &self.config.paper,
             &paper::HighStep {
                 direction_error_deg: error.to_degrees(),
                 moved_m: moved.norm(),
-                target_m,
+                target_m: (target - start.position()).norm(),
                 obstacle_ahead,
                 direction_change_deg: change.to_degrees(),
                 collided: outcome == Outcome::Collided,
@@ -260,7 +252,8 @@ impl HighRobot {
 /// One step of the low level towards the decision's subgoal, or of waiting.
 pub fn drive_step(episode: &mut Episode, low: &mut ActingNetwork) -> Outcome {
     let navigator: &Navigator = episode.navigator();
-    if navigator.is_waiting() {
+    // A robot that believes it has arrived stands, on the road as here.
+    if navigator.is_waiting() || navigator.goal_reached() {
         return episode.wait();
     }
     let mut observation = [0.0; LOW_OBSERVATION];

@@ -171,7 +171,6 @@ impl LowRobot {
     pub fn step(&mut self, action: [f32; LOW_ACTION]) -> (LowTransition, Attempt) {
         let observation = self.observation;
         let before = self.episode.navigator().pose();
-        let nearest_m = self.episode.navigator().scan().nearest_m();
         let outcome = self.episode.drive(action);
         self.actions.push(action);
         self.target_steps += 1;
@@ -190,7 +189,7 @@ impl LowRobot {
         } else {
             Attempt::Running
         };
-        let reward = self.reward(action, attempt, before, after, nearest_m);
+        let reward = self.reward(action, attempt, before, after);
         self.episode.navigator().encode_low_towards(self.target, &mut self.observation);
         let transition = LowTransition {
             observation,
@@ -208,7 +207,7 @@ impl LowRobot {
         (transition, attempt)
     }
 
-    fn reward(&self, action: [f32; 2], attempt: Attempt, before: Pose, after: Pose, nearest_m: f32) -> f32 {
+    fn reward(&self, action: [f32; 2], attempt: Attempt, before: Pose, after: Pose) -> f32 {
         let reached = attempt == Attempt::Reached;
         let collided = attempt == Attempt::Collided;
         let distance = |pose: Pose| (self.target - pose.position()).norm();
@@ -227,18 +226,15 @@ impl LowRobot {
             RewardProfile::Paper => {
                 let (linear_mps, angular_radps) = self.episode.navigator().decode_low(action);
                 let error = nav_core::geometry::wrap_angle(after.bearing_to(self.target) - after.yaw_rad);
-                let period_s = self.episode.simulation().task().control_period_s;
                 paper::low(
                     &self.config.paper,
                     &paper::LowStep {
                         linear_mps,
                         angular_radps,
-                        nearest_m,
+                        nearest_m: self.episode.navigator().scan().nearest_m(),
                         direction_error_deg: error.to_degrees(),
                         moved_m: (after.position() - before.position()).norm(),
-                        // A step's share of the way: as far as the robot can go in one.
-                        target_m: distance(before)
-                            .min(self.episode.simulation().task().robot.linear_max_mps * period_s),
+                        target_m: distance(before),
                         reached,
                         collided,
                     },

@@ -32,19 +32,19 @@ impl Default for LowWeights {
             time: 0.02,
             turning: 0.02,
             change: 0.02,
-            proximity: 0.15,
+            proximity: 0.08,
             proximity_m: 0.25,
             reached: 3.0,
-            collided: 8.0,
+            collided: 12.0,
         }
     }
 }
 
 impl LowWeights {
-    /// The suicide rule: a crash must cost more than standing stuck for ever, `2 c / (1 - discount)` with the
-    /// standing cost `c` a step; else the low level learns to crash.
-    pub fn crash_costs_more_than_waiting(&self, discount: f32) -> bool {
-        self.collided > 2.0 * self.time / (1.0 - discount)
+    /// What a crash must cost at least, twice what standing stuck against an obstacle costs for ever; with less,
+    /// the low level learns to crash.
+    pub fn least_collided(&self, discount: f32) -> f32 {
+        2.0 * (self.time + self.proximity) / (1.0 - discount)
     }
 }
 
@@ -103,6 +103,13 @@ impl Default for HighWeights {
     }
 }
 
+impl HighWeights {
+    /// As [`LowWeights::least_collided`], with the discount of a step.
+    pub fn least_collided(&self, discount: f32) -> f32 {
+        2.0 * self.time / (1.0 - discount)
+    }
+}
+
 /// What the high level's reward looks at after a step; a decision's reward is the discounted sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HighStep {
@@ -136,7 +143,8 @@ mod tests {
             LowStep { action: [-1.0, 0.0], last_action: [-1.0, 0.0], clearance_m: 1.0, ..LowStep::default() };
         assert!(low(&LowWeights::default(), &stand) < 0.0);
         assert!(high(&HighWeights::default(), &HighStep::default()) < 0.0);
-        assert!(LowWeights::default().crash_costs_more_than_waiting(0.98));
+        assert!(LowWeights::default().collided > LowWeights::default().least_collided(0.98));
+        assert!(HighWeights::default().collided > HighWeights::default().least_collided(0.995));
     }
 
     #[test]

@@ -1,5 +1,13 @@
 //! The source paper's rewards (arXiv 2510.26646), exactly as written, with their flaws: R_high has no goal
 //! term, R_dist does not see direction, and r(d_min) taxes every narrow passage.
+//!
+//! What the paper leaves open, and how the trainer reads it:
+//!
+//! 1. The target of R_high is the subgoal that was chosen, d_actual the straight distance over the decision; the
+//!    target of R_low is the present target, d_actual the distance of the step.
+//! 2. delta_theta lies between the courses driven in two decisions in a row (the heading where nothing moved).
+//! 3. An obstacle lies ahead when the footprint and 5 cm on each side cannot go 1 m straight on.
+//! 4. d_min is measured by the lidar from the robot's centre, after the step.
 
 use serde::{Deserialize, Serialize};
 

@@ -15,7 +15,7 @@
 //! | `tight` | gaps, corridors of 0.72-1.2 m and corners | control; for training the low level |
 //!
 //! A world is a pure function of family, split and seed. The splits draw from disjoint generator states, and
-//! the people of the test split walk faster and are larger than any in training.
+//! the people of the test split may walk faster and be larger than any in training.
 
 mod dice;
 mod maze;

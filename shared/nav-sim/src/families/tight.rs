@@ -7,7 +7,7 @@ use crate::world::{Bounds, World};
 use nav_core::geometry::{Point, Vector};
 use std::f32::consts::FRAC_PI_2;
 
-/// The narrowest gap and corridor, m.
+/// The narrowest gap in a wall and the narrowest corridor, m; pillars may stand closer.
 const NARROWEST_M: f32 = 0.72;
 
 pub(super) fn draft(dice: &mut Dice) -> Option<World> {
