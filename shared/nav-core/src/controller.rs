@@ -51,6 +51,7 @@ pub struct Controller<S> {
     low_observation: [f32; LOW_OBSERVATION],
     commands: u64,
     goal_id: Option<u32>,
+    last_tick_ns: u64,
     last_scan_seq: u64,
 }
 
@@ -105,6 +106,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
             commands: 0,
             goal_id: None,
             last_scan_seq: 0,
+            last_tick_ns: 0,
         })
     }
 
@@ -119,7 +121,10 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
             self.guard.inspect(now_ns, scan, odom, goal) | self.guard.inspect_scan(&self.navigator, scan);
         let mut wish = (0.0, 0.0);
         if status.faults & fault::STOPPING == 0 {
-            if self.goal_id != Some(goal.id) {
+            let since_ns = now_ns.saturating_sub(self.last_tick_ns);
+            let was_away = since_ns > self.task.control_period_ns() * 3 / 2;
+            // What the base does after a new goal or a pause of this program, only odometry knows.
+            if self.goal_id != Some(goal.id) || was_away {
                 self.goal_id = Some(goal.id);
                 self.guard.restart_from(odom.linear_mps, odom.angular_radps);
             }
@@ -135,10 +140,16 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
             }
         } else {
             self.navigator.note_gap();
+            if status.faults & fault::BAD_CLOCK != 0 {
+                // Whoever publishes has begun anew, and with it perhaps the odom frame.
+                self.navigator.forget();
+                (self.goal_id, self.last_scan_seq) = (None, 0);
+            }
             let missing = fault::STALE_SCAN | fault::STALE_ODOM | fault::NO_GOAL;
             let only_missing = status.faults & fault::STOPPING & !missing == 0;
             status.state = if only_missing { RunState::Ready } else { RunState::Stopped };
         }
+        self.last_tick_ns = now_ns;
         let (linear_mps, angular_radps, limited) = self.guard.limit(wish);
         status.faults |= limited;
         if limited & fault::NON_FINITE != 0 {

@@ -5,6 +5,7 @@ use crate::messages::{Goal, LaserScan, Odometry, fault};
 use crate::navigator::Navigator;
 use crate::scan::VALID_BEAM_SHARE_MIN;
 use crate::task::Task;
+use core::f32::consts::TAU;
 
 /// A scan older than this many control periods is stale.
 pub const SCAN_AGE_PERIODS: f64 = 2.5;
@@ -12,6 +13,9 @@ pub const SCAN_AGE_PERIODS: f64 = 2.5;
 pub const ODOM_AGE_PERIODS: f64 = 5.0;
 /// No input may be older than this, ns, however long the period.
 pub const AGE_LIMIT_NS: u64 = 500_000_000;
+
+/// Failed beams side by side may not hide more than this, rad.
+pub const BLIND_MAX_RAD: f32 = TAU / 8.0;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -77,14 +81,16 @@ impl Guard {
         faults
     }
 
-    /// What is wrong with the scan itself, as [`fault`] bits: another geometry, or too few valid beams.
+    /// What is wrong with the scan itself, as [`fault`] bits: another geometry, too few valid beams, or too many
+    /// failed ones side by side.
     pub fn inspect_scan(&self, navigator: &Navigator, scan: &LaserScan) -> u32 {
         if !scan.header.is_received() {
             return 0;
         }
         let range_min_m = self.task.lidar.range_min_m.max(scan.range_min_m);
         let valid = scan.ranges_m().iter().filter(|range| **range >= range_min_m).count();
-        let enough = valid as f32 >= VALID_BEAM_SHARE_MIN * scan.ranges_m().len() as f32;
+        let enough = valid as f32 >= VALID_BEAM_SHARE_MIN * scan.ranges_m().len() as f32
+            && blind_rad(scan, range_min_m) < BLIND_MAX_RAD;
         if navigator.accepts(scan) && enough { 0 } else { fault::BAD_SCAN }
     }
 
@@ -130,9 +136,22 @@ impl Guard {
     }
 }
 
-/// Whether (seq, stamp) went back, or the stamp stood still while seq went on.
+/// Whether (seq, stamp) went back, or one of them stood still while the other went on.
 fn runs_backwards(last: (u64, u64), now: (u64, u64)) -> bool {
-    now.0 < last.0 || now.1 < last.1 || (now.0 > last.0 && now.1 == last.1)
+    now.0 < last.0 || now.1 < last.1 || (now.0 == last.0) != (now.1 == last.1)
+}
+
+/// The longest run of failed measurements among neighbouring beams, rad.
+fn blind_rad(scan: &LaserScan, range_min_m: f32) -> f32 {
+    let beams = scan.ranges_m();
+    let is_circle = beams.len() as f32 * scan.angle_increment_rad > TAU - 1e-3;
+    let turns = if is_circle { 2 } else { 1 };
+    let (mut run, mut longest) = (0_usize, 0);
+    for range_m in beams.iter().cycle().take(turns * beams.len()) {
+        run = if *range_m >= range_min_m { 0 } else { run + 1 };
+        longest = longest.max(run);
+    }
+    longest.min(beams.len()) as f32 * scan.angle_increment_rad
 }
 
 #[cfg(test)]
@@ -181,6 +200,37 @@ mod tests {
         let mut guard = Guard::new(&Task::default());
         guard.inspect(now, &fresh(now).0, &odom, &goal);
         assert_eq!(guard.inspect(now, &scan, &odom, &goal), fault::BAD_CLOCK, "a frozen clock");
+        let mut guard = Guard::new(&Task::default());
+        guard.inspect(now, &fresh(now).0, &odom, &goal);
+        scan.header = Header { seq: 7, stamp_ns: now + 1 };
+        assert_eq!(guard.inspect(now + 1, &scan, &odom, &goal), fault::BAD_CLOCK, "a frozen counter");
+    }
+
+    #[test]
+    fn scattered_failures_pass_and_a_blind_wedge_does_not() {
+        let task = Task::default();
+        let (guard, navigator) = (Guard::new(&task), Navigator::new(&task));
+        let inspect = |failed: &dyn Fn(usize) -> bool| {
+            let mut scan = LaserScan {
+                header: Header { stamp_ns: 1, seq: 1 },
+                angle_min_rad: task.lidar.angle_min_rad(),
+                angle_increment_rad: task.lidar.angle_increment_rad(),
+                range_min_m: task.lidar.range_min_m,
+                range_max_m: task.lidar.range_max_m,
+                beam_count: task.lidar.beam_count,
+                ..LaserScan::default()
+            };
+            for beam in 0..task.lidar.beam_count as usize {
+                scan.ranges_m[beam] = if failed(beam) { f32::NAN } else { 3.0 };
+            }
+            guard.inspect_scan(&navigator, &scan)
+        };
+        assert_eq!(inspect(&|_| false), 0);
+        assert_eq!(inspect(&|beam| beam % 5 == 0), 0, "a fifth, scattered");
+        assert_eq!(inspect(&|beam| beam % 3 == 0), fault::BAD_SCAN, "a third");
+        assert_eq!(inspect(&|beam| (30..38).contains(&beam)), 0, "40 degrees");
+        assert_eq!(inspect(&|beam| (30..40).contains(&beam)), fault::BAD_SCAN, "50 degrees ahead");
+        assert_eq!(inspect(&|beam| !(5..67).contains(&beam)), fault::BAD_SCAN, "50 degrees behind");
     }
 
     #[test]

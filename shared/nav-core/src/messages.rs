@@ -174,7 +174,7 @@ pub enum RunState {
     Driving = 1,
     /// The goal is reached; commanding zero.
     Reached = 2,
-    /// A fault holds the robot; commanding zero.
+    /// A fault stops the robot for as long as it lasts; commanding zero.
     Stopped = 3,
 }
 

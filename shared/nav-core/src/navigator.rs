@@ -187,6 +187,11 @@ impl Navigator {
         }
     }
 
+    /// Forgets the goal and all that was seen on the way to it: the next step starts anew, even for the same goal.
+    pub fn forget(&mut self) {
+        self.goal_id = None;
+    }
+
     /// Steps were missed: what the next scan shows must not be compared with those before.
     pub fn note_gap(&mut self) {
         self.has_gap = true;
