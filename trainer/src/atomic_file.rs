@@ -23,25 +23,6 @@ pub fn write_atomically(
     sync_folder(path)
 }
 
-/// Gives the file `from` the second name `to`, replacing what had it, without copying where possible.
-///
-/// # Errors
-/// Whatever the file system says.
-pub fn link_atomically(from: &Path, to: &Path) -> io::Result<()> {
-    let temporary = temporary_path(to)?;
-    match fs::remove_file(&temporary) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-        _ => {}
-    }
-    if fs::hard_link(from, &temporary).is_ok() {
-        fs::rename(&temporary, to)?;
-        return sync_folder(to);
-    }
-    // Not every file system has hard links.
-    let mut source = File::open(from)?;
-    write_atomically(to, |file| io::copy(&mut source, file).map(drop))
-}
-
 /// Where `path` is written before it is renamed.
 fn temporary_path(path: &Path) -> io::Result<PathBuf> {
     let Some(name) = path.file_name() else {
@@ -82,17 +63,5 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
         write_atomically(&path, |file| file.write_all(b"second")).expect("the second write");
         assert_eq!(fs::read(&path).expect("the file is there"), b"second");
-    }
-
-    #[test]
-    fn a_link_replaces_and_outlives_its_origin() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let (from, to) = (folder.path().join("newest"), folder.path().join("best"));
-        for content in [b"one", b"two"] {
-            write_atomically(&from, |file| file.write_all(content)).expect("a write");
-            link_atomically(&from, &to).expect("a link");
-            fs::remove_file(&from).expect("the origin goes");
-            assert_eq!(fs::read(&to).expect("the link stays"), content);
-        }
     }
 }

@@ -8,7 +8,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `format` | the bytes of one file: [`Contents`] out, [`Checkpoint`] in |
-//! | `store` | a folder of them: [`CheckpointStore`] keeps the newest three and the best |
+//! | `store` | a folder of them: [`CheckpointStore`] keeps the newest three |
 
 mod format;
 mod store;

@@ -1,6 +1,8 @@
 //! `trainer train` and `trainer export`: from arguments to a checked plan, and what is said at the end.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
+use nav_core::manifest::Algorithm;
+use nav_core::task::Task;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -29,18 +31,16 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
         Some(None) => RunFolder::newest(|run| !run.is_finished(), "unfinished")?,
         None => {
             let config = plan(args)?;
+            let low = args.low.as_deref().map(|low| borrowed_low(low, &config)).transpose()?;
             let path = args.out.clone().unwrap_or_else(|| RunFolder::next_path(&config));
-            RunFolder::create(&path, &config)?
+            RunFolder::create(&path, &config, low.as_ref())?
         }
     };
     if folder.is_finished() {
         bail!("{} has already finished: `trainer export --run {0}` exports it", folder.path().display());
     }
     let _lock = folder.lock()?;
-    let mut run = Run::open(folder.clone(), stop)?;
-    if let Some(low) = &args.low {
-        run.use_low_level_of(&RunFolder::open(low)?.policy()?)?;
-    }
+    let run = Run::open(folder.clone(), stop)?;
     let config = run.config();
     eprintln!(
         "training {} (profile {}, seed {}) in {}{}; Ctrl-C saves and stops",
@@ -51,8 +51,10 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
         if run.resumed_step() > 0 { format!(", from step {}", run.resumed_step()) } else { String::new() }
     );
     match run.train()? {
-        End::Interrupted(code) => {
-            eprintln!("stopped and saved; continue with: trainer train --resume {}", folder.path().display());
+        End::Interrupted { code, is_saved } => {
+            let what =
+                if is_saved { "stopped and saved" } else { "stopped; what came after the last save is lost" };
+            eprintln!("{what}; continue with: trainer train --resume {}", folder.path().display());
             Ok(ExitCode::from(code))
         }
         End::Finished(policy) => {
@@ -60,6 +62,18 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+/// The policy of a finished run, whose low level a run of `config` can use.
+fn borrowed_low(folder: &Path, config: &Config) -> Result<Policy> {
+    let policy = RunFolder::open(folder)?.policy()?;
+    let same = Task { decision: config.task.decision, ..policy.task } == config.task;
+    ensure!(
+        same,
+        "the low level of {} was trained for another task (robot, lidar or episode) than this run's",
+        folder.display()
+    );
+    Ok(policy)
 }
 
 /// From arguments to the configuration that will run.
@@ -79,10 +93,10 @@ fn plan(args: &TrainArgs) -> Result<Config> {
     }
     if let Some(algorithm) = args.algorithm {
         config.algorithm = algorithm.policy();
-        if algorithm == AlgorithmArg::Td3 {
-            // A flat policy only ever drives at the goal.
-            config.low.goal_share = 1.0;
-        }
+    }
+    if config.algorithm == Algorithm::Td3 {
+        // A flat policy only ever drives at the goal.
+        config.low.goal_share = 1.0;
     }
     if (args.algorithm == Some(AlgorithmArg::Dqn)) != args.low.is_some() {
         bail!(
@@ -127,7 +141,7 @@ fn tell(policy: &Policy, folder: &Path) {
             "\ngate NOT passed, so that it cannot be exported: {}",
             policy.gate.missed.join("; ")
         );
-        text.push_str("train longer (--profile full) or with another --seed\n");
+        text.push_str("train longer or with another --seed\n");
     }
     print_out(&text);
 }

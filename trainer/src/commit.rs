@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-/// The commit of the sources that this program was built from, `-dirty` when they have changed since;
-/// `unknown` where the sources or git are gone.
+/// The commit that the checkout which this program was built in is at now, `-dirty` when sources have changed
+/// since; `unknown` where the checkout or git is gone. Build before a run, so that it is the run's own.
 pub fn commit() -> String {
     let git = |arguments: &[&str]| {
         let output =

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::batch::{Decision, DecisionBatch};
 use crate::nn::{Activation, Adam, AdamState, Buffer, Mlp, MlpShape, Rng, flat};
-use crate::td3::{descend, mean};
+use crate::td3::{EXPLODED, descend, mean};
 
 /// Hyper-parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -79,10 +79,11 @@ pub struct DqnLosses {
 }
 
 impl DqnLosses {
-    /// Whether every number is finite; a run that is not must be rolled back.
-    pub fn is_finite(&self) -> bool {
+    /// Whether every number is finite and no value has exploded; a run that is not sane must be rolled back.
+    pub fn is_sane(&self) -> bool {
         let Self { loss, q_mean, q_max, target_mean, error_mean, gradient_norm } = *self;
-        [loss, q_mean, q_max, target_mean, error_mean, gradient_norm].iter().all(|value| value.is_finite())
+        [q_mean, q_max, target_mean].iter().all(|value| value.abs() < EXPLODED)
+            && [loss, error_mean, gradient_norm].iter().all(|value| value.is_finite())
     }
 }
 

@@ -25,4 +25,5 @@ pub mod checkpoint;
 pub mod commit;
 pub mod logs;
 pub mod seeds;
+pub mod sha256;
 pub mod stop;

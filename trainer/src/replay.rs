@@ -101,13 +101,6 @@ impl ReplayBuffer {
         let index = rng.random_range(0..self.len() as u64) as usize;
         &self.rows[index * self.position.row_length..][..self.position.row_length]
     }
-
-    /// Forgets all rows.
-    pub fn clear(&mut self) {
-        self.rows.clear();
-        self.position.next = 0;
-        self.position.stored = 0;
-    }
 }
 
 #[cfg(test)]

@@ -23,6 +23,7 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 pub use self::batch::{Batch, Transition};
+pub(crate) use self::config::EXPLODED;
 pub use self::config::{Td3Config, Td3Losses};
 use self::smooth::Smoothness;
 use crate::nn::{Activation, Adam, AdamState, Mlp, MlpShape, Rng, flat};
@@ -103,8 +104,8 @@ impl Td3 {
         &self.actor
     }
 
-    /// The policy, for acting on a batch of observations.
-    pub fn actor_mut(&mut self) -> &mut Mlp {
+    #[cfg(test)]
+    pub(crate) fn actor_mut(&mut self) -> &mut Mlp {
         &mut self.actor
     }
 

@@ -120,7 +120,7 @@ fn wrong_inputs_are_refused_in_a_sentence() {
     assert!(refuse(here, &["evaluate", "--model", "absent"]).contains("there is no model in absent"));
     std::fs::write(
         here.join("strict.toml"),
-        format!("{TINY}\nlow_reach = 1.1").replacen("low_reach = 0.0\n", "", 1),
+        format!("{TINY}\nlow_reach = 1.0").replacen("low_reach = 0.0\n", "", 1),
     )
     .expect("written");
     succeed(here, &["train", "--config", "strict.toml", "--out", "runs/strict"]);

@@ -5,11 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::format::{Checkpoint, Contents, LoadError};
-use crate::atomic_file::{link_atomically, write_atomically};
+use crate::atomic_file::write_atomically;
 
 /// How many of the newest are kept.
 const KEPT: usize = 3;
-const BEST: &str = "best.ckpt";
 const PREFIX: &str = "step-";
 const SUFFIX: &str = ".ckpt";
 
@@ -39,12 +38,20 @@ pub struct Newest {
 }
 
 impl CheckpointStore {
-    /// The checkpoints in `folder`, which is made if it is not there.
+    /// The checkpoints in `folder`, which is made if it is not there. Half-written ones are removed.
     ///
     /// # Errors
     /// When the folder cannot be made.
     pub fn open(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
+        // What a killed process was writing; only one process writes here at a time.
+        for entry in fs::read_dir(folder)?.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with('.') && name.ends_with(".tmp") {
+                fs::remove_file(entry.path())?;
+            }
+        }
         Ok(Self { folder: folder.to_owned() })
     }
 
@@ -68,24 +75,6 @@ impl CheckpointStore {
             }
         }
         Ok(path)
-    }
-
-    /// Names a saved checkpoint the best; it stays until another one is.
-    ///
-    /// # Errors
-    /// When the file system refuses; the former best stays then.
-    pub fn mark_best(&self, saved: &Path) -> Result<(), SaveError> {
-        let path = self.folder.join(BEST);
-        link_atomically(saved, &path).map_err(|source| SaveError { path, source })
-    }
-
-    /// The best checkpoint; nothing when none was ever named.
-    ///
-    /// # Errors
-    /// When it is there and not whole.
-    pub fn load_best(&self) -> Result<Option<Checkpoint>, LoadError> {
-        let path = self.folder.join(BEST);
-        if path.exists() { Checkpoint::load(&path).map(Some) } else { Ok(None) }
     }
 
     /// The newest checkpoint that is whole, passing over torn and damaged ones.
@@ -159,15 +148,15 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_three_and_the_best_stay() {
-        let (_folder, store) = store();
-        assert!(store.load_best().expect("no best yet").is_none());
-        let first = save(&store, 1, &[1.0]);
-        store.mark_best(&first).expect("a link");
-        (2..=5).for_each(|step| drop(save(&store, step, &[0.0])));
+    fn the_newest_three_stay_and_half_written_ones_go() {
+        let (folder, store) = store();
+        (1..=5).for_each(|step| drop(save(&store, step, &[0.0])));
         assert_eq!(steps(&store), [5, 4, 3]);
-        let mut best = store.load_best().expect("whole").expect("named");
-        assert_eq!((best.step(), best.take_floats("replay").expect("saved")), (1, vec![1.0]));
+        let half = folder.path().join("checkpoints/.step-000000000006.ckpt.tmp");
+        fs::write(&half, b"half").expect("the disk has room");
+        CheckpointStore::open(half.parent().expect("a folder")).expect("a store");
+        assert!(!half.exists());
+        assert_eq!(steps(&store), [5, 4, 3]);
     }
 
     #[test]

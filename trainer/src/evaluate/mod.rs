@@ -50,6 +50,8 @@ struct Report<'a> {
 pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
     ensure!(args.worlds > 0, "--worlds must be at least 1");
     ensure!(args.threads > 0, "--threads must be at least 1");
+    refuse_twice("--families", &args.families)?;
+    refuse_twice("--policies", &args.policies)?;
     let model = Model::read(&args.model)?;
     if args.policies.contains(&PolicyName::Hybrid) {
         ensure!(
@@ -72,7 +74,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
         DisturbanceName::None => Disturbance::none(),
         DisturbanceName::Trained => Disturbance::trained(),
     };
-    let places = generate_places(&args.families, args.split, args.worlds, task.robot.radius_m);
+    let places = generate_places(&args.families, args.split, 0..args.worlds, task.robot.radius_m);
     let (rows, traces) = drive_policies(args, &task, &disturbance, &places)?;
     let summaries = report::summarise(&rows);
     let table = report::table(&summaries);
@@ -99,6 +101,13 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
         "\ntable.txt, episodes.csv, summary.json and pictures are in {}\n",
         args.out.display()
     ));
+    Ok(())
+}
+
+/// An entry that counts twice would make intervals narrower than they are.
+fn refuse_twice<T: PartialEq>(flag: &str, entries: &[T]) -> Result<()> {
+    let is_twice = entries.iter().enumerate().any(|(index, entry)| entries[..index].contains(entry));
+    ensure!(!is_twice, "{flag} names something twice");
     Ok(())
 }
 

@@ -3,6 +3,8 @@
 use anyhow::Result;
 use std::fmt::Write as _;
 
+use crate::config::Config;
+use crate::sha256::sha256;
 use crate::train::policy::Policy;
 
 /// The card as Markdown.
@@ -22,7 +24,8 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
         "# Model card\n\n\
          A navigation policy for a differential-drive robot with a planar lidar: {kind}.\n\n\
          | | |\n|---|---|\n\
-         | made with | `trainer train --profile {} --seed {}`, then `trainer export` |\n\
+         | made with | `trainer train --profile {} --algorithm {} --seed {}`, then `trainer export` |\n\
+         | configuration | SHA-256 {}{} |\n\
          | commit | {} |\n\
          | training | {} steps, {} updates, {:.0} s |\n\
          | families | {} |\n\
@@ -33,7 +36,10 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
          ## Validation worlds (never trained on; they chose the deviation margin)\n\n\
          | family | worlds | success | collision | spin | its TD3 straight at the goal |\n|---|---|---|---|---|---|\n",
         config.profile,
+        if is_hybrid { "hybrid" } else { "td3" },
         config.seed,
+        &sha256(policy.config_toml.as_bytes())[..12],
+        if is_plain(&config) { ", the profile's own" } else { ", with changes" },
         policy.commit,
         policy.env_steps,
         policy.updates,
@@ -73,4 +79,12 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
         100.0 * low.collision
     );
     Ok(text)
+}
+
+/// Whether a configuration is that of its profile, but for the seed and what `--algorithm` sets.
+fn is_plain(config: &Config) -> bool {
+    let mut plain = Config::of_profile(config.profile);
+    (plain.seed, plain.algorithm, plain.low.goal_share) =
+        (config.seed, config.algorithm, config.low.goal_share);
+    *config == plain
 }

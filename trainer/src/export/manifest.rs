@@ -7,6 +7,7 @@ use nav_core::observation::LAYOUT;
 use nav_core::task::ACTION_COUNT;
 
 use super::{DQN, GOLDEN, TD3};
+use crate::sha256::sha256;
 use crate::train::policy::Policy;
 
 /// The manifest of a policy whose files have these SHA-256.
@@ -38,7 +39,7 @@ pub(super) fn manifest(policy: &Policy, td3: &str, dqn: Option<&str>, golden: &s
         trainer_commit: text(&policy.commit)?,
         seed: config.seed,
         profile: text(&config.profile.to_string())?,
-        config_sha256: text(&config.sha256())?,
+        config_sha256: text(&sha256(policy.config_toml.as_bytes()))?,
         observation_layout: text(LAYOUT)?,
         observation_lengths: Manifest::LENGTHS,
         action_count: ACTION_COUNT,

@@ -14,13 +14,13 @@ mod manifest;
 
 use anyhow::{Context, Result, bail};
 use runtime::model::{Golden, GoldenPair, Model, actor_contract, scorer_contract};
-use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
 use crate::atomic_file::write_atomically;
 use crate::onnx::{Case, Normalisation, Verified, verify, write_mlp};
+use crate::sha256::sha256;
 use crate::train::policy::Policy;
 use golden::{golden_pairs, input_of};
 
@@ -114,10 +114,6 @@ fn write_folder(
     }
     write(GOLDEN, &golden)?;
     write(CARD, card::card(policy)?.as_bytes())?;
-    let manifest = manifest::manifest(policy, &hash(td3), dqn.map(hash).as_deref(), &hash(&golden))?;
+    let manifest = manifest::manifest(policy, &sha256(td3), dqn.map(sha256).as_deref(), &sha256(&golden))?;
     write(nav_core::manifest::MANIFEST_FILE, &serde_json::to_vec_pretty(&manifest)?)
-}
-
-fn hash(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

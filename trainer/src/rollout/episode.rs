@@ -3,7 +3,6 @@
 use nav_core::geometry::Pose;
 use nav_core::guard::Guard;
 use nav_core::messages::LaserScan;
-use nav_core::metrics::StepTruth;
 use nav_core::navigator::Navigator;
 use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
@@ -100,16 +99,6 @@ impl Episode {
     /// obstacle than the footprint fits.
     pub fn way_m(&self) -> Option<f32> {
         self.place.field.distance_m(self.simulation.pose().position())
-    }
-
-    /// The truth of the step just taken, for the metrics.
-    pub fn truth(&self) -> StepTruth {
-        StepTruth {
-            pose: self.simulation.pose(),
-            linear_mps: self.simulation.velocity().linear_mps,
-            clearance_m: self.simulation.clearance_m(),
-            time_to_collision_s: self.simulation.time_to_collision_s(),
-        }
     }
 
     /// Where the robot truly is.

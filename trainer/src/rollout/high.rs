@@ -6,7 +6,7 @@
 //! | action | 16 directions, GOAL, WAIT, masked |
 //! | reward | [`HighConfig::reward`]: a step's, discounted and summed over the decision |
 //! | terminated | goal reached, or collision |
-//! | truncated | the episode's time over |
+//! | truncated | the episode's time over, or a wrong belief to have arrived |
 
 use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::navigator::Navigator;
@@ -171,8 +171,12 @@ impl HighRobot {
         let mut pending = Pending { observation: self.observation, action, reward: 0.0, discount: 1.0 };
         let (mut steps, mut total) = (0, 0.0);
         let outcome = loop {
-            let outcome = drive_step(&mut self.episode, low);
+            let mut outcome = drive_step(&mut self.episode, low);
             steps += 1;
+            if outcome == Outcome::Running && self.episode.navigator().goal_reached() {
+                // It stands where it wrongly believes to have arrived: nothing is decided any more.
+                outcome = Outcome::TimedOut;
+            }
             let progress_m = match self.episode.way_m() {
                 Some(way_m) => std::mem::replace(&mut self.way_m, way_m) - way_m,
                 None => 0.0,

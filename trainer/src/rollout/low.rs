@@ -51,7 +51,7 @@ pub struct LowTransition {
     pub action: [f32; LOW_ACTION],
     /// What it earned.
     pub reward: f32,
-    /// Whether the next observation's value counts.
+    /// Whether it ended the attempt, so that the next observation's value does not count.
     pub terminated: bool,
     /// Raw observation after the step.
     pub next_observation: [f32; LOW_OBSERVATION],
@@ -241,6 +241,11 @@ impl LowRobot {
                 )
             }
         }
+    }
+
+    /// Whether it drives at the world's goal, not at a random subgoal.
+    pub fn target_is_goal(&self) -> bool {
+        self.target_is_goal
     }
 
     /// The episode it drives.

@@ -3,6 +3,7 @@
 use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate_with_field};
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::world::World;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A world and the shortest ways to its goal.
@@ -18,10 +19,15 @@ pub struct Place {
     pub field: Arc<GeodesicField>,
 }
 
-/// Generates worlds `0..count` of each family on two threads.
-pub fn generate_places(families: &[Family], split: Split, count: u64, robot_radius_m: f32) -> Vec<Place> {
+/// Generates the worlds of these seeds of each family on two threads.
+pub fn generate_places(
+    families: &[Family],
+    split: Split,
+    seeds: Range<u64>,
+    robot_radius_m: f32,
+) -> Vec<Place> {
     let wanted: Vec<_> =
-        families.iter().flat_map(|&family| (0..count).map(move |seed| (family, seed))).collect();
+        families.iter().flat_map(|&family| seeds.clone().map(move |seed| (family, seed))).collect();
     let make = |&(family, seed): &(Family, u64)| {
         let (world, field) = generate_with_field(family, split, seed);
         let fits = (robot_radius_m - DESIGN_RADIUS_M).abs() < 1e-6;

@@ -54,6 +54,9 @@ impl Default for Td3Config {
     }
 }
 
+/// No return of any reward here comes near this.
+pub(crate) const EXPLODED: f32 = 1e5;
+
 /// What one update tells. Values of the actor are those of its newest update.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Td3Losses {
@@ -80,11 +83,11 @@ pub struct Td3Losses {
 }
 
 impl Td3Losses {
-    /// Whether every number is finite; a run that is not must be rolled back.
-    pub fn is_finite(&self) -> bool {
+    /// Whether every number is finite and no value has exploded; a run that is not sane must be rolled back.
+    pub fn is_sane(&self) -> bool {
         let Self { critic, actor, q_mean, q_max, target_mean, .. } = *self;
-        [critic, actor, q_mean, q_max, target_mean, self.critic_gradient_norm, self.actor_gradient_norm]
-            .iter()
-            .all(|value| value.is_finite())
+        let values = [actor, q_mean, q_max, target_mean].iter().all(|value| value.abs() < EXPLODED);
+        let others = [critic, self.critic_gradient_norm, self.actor_gradient_norm];
+        values && others.iter().all(|value| value.is_finite())
     }
 }

@@ -71,7 +71,7 @@ pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Resul
     let families: Vec<Family> =
         config.low.families.iter().copied().filter(|family| !matches!(family, Family::Crowd)).collect();
     let families = if families.is_empty() { vec![Family::Clutter] } else { families };
-    let places = Arc::new(generate_places(&families, Split::Validation, 20, config.task.robot.radius_m));
+    let places = Arc::new(generate_places(&families, Split::Validation, 0..20, config.task.robot.radius_m));
     let low = Arc::new(crate::config::LowConfig { goal_share: 0.0, ..config.low.clone() });
     let mut robots: Vec<_> = (0..8)
         .map(|robot| {
@@ -87,18 +87,22 @@ pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Resul
         for (robot, recorder) in &mut robots {
             let mut action = [0.0; LOW_ACTION];
             network.run(robot.observation(), &mut action);
+            let is_random = !robot.target_is_goal();
             let (_, attempt) = robot.step(action);
-            recorder.step(&StepTruth { pose: robot.episode().pose(), ..StepTruth::default() });
             if attempt == Attempt::Running {
+                recorder.step(&StepTruth { pose: robot.episode().pose(), ..StepTruth::default() });
                 continue;
             }
+            // The robot is at its next attempt already, perhaps elsewhere: that pose is none of this one's.
             let metrics = recorder.finish(EpisodeEnd::Timeout, false, 1.0, 1.0);
             spin_steps += metrics.spin * metrics.steps as f32;
             steps += metrics.steps;
             *recorder = EpisodeRecorder::new(robot.episode().pose(), config.task.control_period_s);
-            score.attempts += usize::from(attempt != Attempt::Cut);
-            reached += usize::from(attempt == Attempt::Reached);
-            collided += usize::from(attempt == Attempt::Collided);
+            if is_random && attempt != Attempt::Cut {
+                score.attempts += 1;
+                reached += usize::from(attempt == Attempt::Reached);
+                collided += usize::from(attempt == Attempt::Collided);
+            }
         }
     }
     score.reach = reached as f32 / score.attempts as f32;
@@ -115,7 +119,12 @@ pub fn validation_places(config: &Config) -> Vec<Place> {
             families.push(wanted);
         }
     }
-    generate_places(&families, Split::Validation, u64::from(config.gate.worlds), config.task.robot.radius_m)
+    generate_places(
+        &families,
+        Split::Validation,
+        0..u64::from(config.gate.worlds),
+        config.task.robot.radius_m,
+    )
 }
 
 /// Drives every place once with the given networks, and scores each family.

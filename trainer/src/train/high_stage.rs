@@ -141,8 +141,8 @@ impl HighStage {
         });
         let harvest = harvest.map_err(|_| anyhow::anyhow!("a robot's thread panicked: this is a defect"))?;
         ensure!(
-            self.losses.is_finite(),
-            "the high level diverged after {} updates (a loss is no longer a finite number): try a lower \
+            self.losses.is_sane(),
+            "the high level diverged after {} updates (a loss or value has exploded): try a lower \
              high.dqn.learning_rate",
             self.learner.updates()
         );

@@ -154,8 +154,8 @@ impl LowStage {
             self.losses = self.learner.update(&mut self.batch);
         }
         ensure!(
-            self.losses.is_finite(),
-            "the low level diverged after {} updates (a loss is no longer a finite number): try a lower \
+            self.losses.is_sane(),
+            "the low level diverged after {} updates (a loss or value has exploded): try a lower \
              low.td3.critic_learning_rate",
             self.learner.updates()
         );

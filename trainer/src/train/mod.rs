@@ -11,3 +11,6 @@ pub mod run;
 pub mod run_folder;
 mod stage;
 pub mod window;
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,6 @@
 //! A trained policy, as a run keeps it: weights, normaliser, task, and what it reached on validation worlds.
 
 use anyhow::{Context, Result, ensure};
-use nav_core::controller::Controller;
 use nav_core::task::{ACTION_COUNT, Task};
 use rand::SeedableRng;
 use serde::{Deserialize, Serialize};
@@ -66,7 +65,8 @@ impl Policy {
     /// # Errors
     /// A configuration of another version.
     pub fn config(&self) -> Result<Config> {
-        Config::parse(&self.config_toml, crate::config::Profile::Quick).context("the policy's configuration")
+        let config = Config::parse_unchecked(&self.config_toml, crate::config::Profile::Quick);
+        config.context("the policy's configuration is of another version of the trainer")
     }
 
     /// The low level for acting.
@@ -86,13 +86,5 @@ impl Policy {
             None => Ok(None),
             Some(scorer) => Ok(Some(pack(&scorer.network()?, None, ACTION_COUNT)?)),
         }
-    }
-
-    /// The robot's controller with these networks.
-    ///
-    /// # Errors
-    /// Damaged weights.
-    pub fn controller(&self) -> Result<Controller<Vec<f32>>> {
-        Ok(Controller::new(&self.task, self.high()?, self.low()?)?)
     }
 }

@@ -1,6 +1,6 @@
 //! A run from its first step to its gate, interrupted and resumed as often as need be.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
 use nav_sim::families::Split;
@@ -32,8 +32,13 @@ const ROLL_BACK_FACTOR: f32 = 0.3;
 pub enum End {
     /// The run has finished, and this is its policy.
     Finished(Box<Policy>),
-    /// Somebody asked to stop; the state is saved. The program's exit code.
-    Interrupted(u8),
+    /// Somebody asked to stop.
+    Interrupted {
+        /// The program's exit code.
+        code: u8,
+        /// Whether the state was saved; not within the warm-up, nor on a full disk.
+        is_saved: bool,
+    },
 }
 
 /// A trained low level.
@@ -44,6 +49,19 @@ struct LowResult {
     score: LowScore,
     env_steps: u64,
     updates: u64,
+}
+
+impl LowResult {
+    /// The low level of another run. What it cost is on that run's card.
+    fn borrowed(policy: Policy) -> Self {
+        Self {
+            actor: policy.actor,
+            normaliser: policy.normaliser,
+            score: policy.gate.low,
+            env_steps: 0,
+            updates: 0,
+        }
+    }
 }
 
 /// What a checkpoint says besides the stage's own state.
@@ -77,14 +95,21 @@ impl Run {
     /// # Errors
     /// Checkpoints of another configuration, or files that cannot be made.
     pub fn open(folder: RunFolder, stop: StopRequest) -> Result<Self> {
-        let config = folder.config()?;
+        let (config, config_sha256) = folder.config()?;
         let store =
             CheckpointStore::open(&folder.checkpoints()).context("cannot make the checkpoint folder")?;
         let newest = store.load_newest_valid();
-        for error in &newest.skipped {
-            eprintln!("warning: {error}");
+        for error in newest.skipped {
+            let error = anyhow::Error::from(error);
+            if newest.checkpoint.is_none() {
+                return Err(error.context(format!(
+                    "no checkpoint in {} can be read, and starting again would remove them: mend it, or start \
+                     a new run",
+                    folder.checkpoints().display()
+                )));
+            }
+            eprintln!("warning: {error:#}");
         }
-        let config_sha256 = config.sha256();
         let fresh = Meta {
             commit: crate::commit::commit(),
             config_sha256: config_sha256.clone(),
@@ -92,14 +117,24 @@ impl Run {
             seconds: 0.0,
             rolled_back: false,
         };
-        let meta = match &newest.checkpoint {
+        let mut meta = match &newest.checkpoint {
             Some(checkpoint) => checkpoint.value::<Meta>("meta")?,
             None => fresh,
         };
+        if meta.low.is_none() {
+            meta.low = folder.borrowed_low()?.map(LowResult::borrowed);
+        }
         if meta.config_sha256 != config_sha256 {
             bail!(
                 "{} was changed after the run began: restore it, or start a new run with --config",
                 folder.path().join("config.toml").display()
+            );
+        }
+        if meta.commit != crate::commit::commit() {
+            eprintln!(
+                "warning: the run began at commit {}, this is {}: it may not go on exactly as it would have",
+                meta.commit,
+                crate::commit::commit()
             );
         }
         let step = newest.checkpoint.as_ref().map_or(0, Checkpoint::step);
@@ -125,23 +160,6 @@ impl Run {
         &self.config
     }
 
-    /// Takes over the low level of a finished run, so that only the high level is trained.
-    ///
-    /// # Errors
-    /// A run for another task.
-    pub fn use_low_level_of(&mut self, policy: &Policy) -> Result<()> {
-        let same = Task { decision: self.config.task.decision, ..policy.task } == self.config.task;
-        ensure!(same, "the low level was trained for another task (robot, lidar or episode) than this run's");
-        self.meta.low = Some(LowResult {
-            actor: policy.actor.clone(),
-            normaliser: policy.normaliser.clone(),
-            score: policy.gate.low,
-            env_steps: 0,
-            updates: 0,
-        });
-        Ok(())
-    }
-
     /// The step it continues from; 0 for a new run.
     pub fn resumed_step(&self) -> u64 {
         self.checkpoint.as_ref().map_or(0, Checkpoint::step)
@@ -156,7 +174,7 @@ impl Run {
             Some(low) => low,
             None => match self.train_low()? {
                 Ok(low) => low,
-                Err(code) => return Ok(End::Interrupted(code)),
+                Err(interrupted) => return Ok(interrupted),
             },
         };
         self.meta.low = Some(low.clone());
@@ -168,7 +186,7 @@ impl Run {
         let mut stage = HighStage::new(&self.config, places, acting)?;
         let first = low.env_steps;
         match self.drive("high level", &mut stage, first, self.config.high.decisions)? {
-            Some(code) => Ok(End::Interrupted(code)),
+            Some(interrupted) => Ok(interrupted),
             None => {
                 let (env_steps, updates) = (stage.env_steps(), stage.learner().updates());
                 self.finish(low, Some(Weights::of(stage.learner().scorer())), env_steps, updates)
@@ -178,14 +196,21 @@ impl Run {
 
     fn places(&self, families: &[nav_sim::families::Family]) -> Arc<Vec<Place>> {
         let count = u64::from(self.config.worlds_per_family);
-        Arc::new(generate_places(families, Split::Train, count, self.config.task.robot.radius_m))
+        // Runs of different seeds train in different worlds.
+        let first = self.config.seed % 1_000_000 * count;
+        Arc::new(generate_places(
+            families,
+            Split::Train,
+            first..first + count,
+            self.config.task.robot.radius_m,
+        ))
     }
 
-    fn train_low(&mut self) -> Result<Result<LowResult, u8>> {
+    fn train_low(&mut self) -> Result<Result<LowResult, End>> {
         let places = self.places(&self.config.low.families.clone());
         let mut stage = LowStage::new(&self.config, places)?;
-        if let Some(code) = self.drive("low level", &mut stage, 0, self.config.low.env_steps)? {
-            return Ok(Err(code));
+        if let Some(interrupted) = self.drive("low level", &mut stage, 0, self.config.low.env_steps)? {
+            return Ok(Err(interrupted));
         }
         let normaliser = stage.normaliser().cloned().context("the low level never left its warm-up")?;
         let score = gate::score_low(&self.config, stage.learner().actor(), &normaliser)?;
@@ -205,13 +230,16 @@ impl Run {
         }))
     }
 
-    /// Rounds until the stage has finished (`None`) or somebody asks to stop (the exit code). Steps of the log
-    /// count from `first`.
-    fn drive(&mut self, name: &str, stage: &mut impl Stage, first: u64, total: u64) -> Result<Option<u8>> {
+    /// Rounds until the stage has finished (`None`) or somebody asks to stop. Steps of the log count from `first`.
+    fn drive(&mut self, name: &str, stage: &mut impl Stage, first: u64, total: u64) -> Result<Option<End>> {
         match self.checkpoint.take() {
             Some(mut checkpoint) => stage.restore_from(&mut checkpoint)?,
             // What the stage before has learned is kept from now on.
-            None if stage.can_save() => self.save(stage, first)?,
+            None if stage.can_save() => {
+                if let Err(error) = self.save(stage, first) {
+                    eprintln!("warning: {error:#}; training goes on");
+                }
+            }
             None => {}
         }
         let mut progress = Progress::new(name, total);
@@ -230,15 +258,16 @@ impl Run {
             }
             let stopping = self.stop.exit_code();
             let due = stopping.is_some() || self.saved.elapsed() > CHECKPOINT_PERIOD;
-            if stage.can_save()
-                && due
-                && let Err(error) = self.save(stage, step)
-            {
-                progress.note(&format!("warning: {error:#}; training goes on"));
+            let mut is_saved = false;
+            if stage.can_save() && due {
+                match self.save(stage, step) {
+                    Ok(()) => is_saved = true,
+                    Err(error) => progress.note(&format!("warning: {error:#}")),
+                }
             }
             if let Some(code) = stopping {
                 progress.finish();
-                return Ok(Some(code));
+                return Ok(Some(End::Interrupted { code, is_saved }));
             }
         }
         progress.finish();
@@ -270,6 +299,9 @@ impl Run {
         stage.restore_from(&mut checkpoint)?;
         stage.slow_down(ROLL_BACK_FACTOR);
         self.meta.rolled_back = true;
+        self.logged_step = checkpoint.step();
+        self.log =
+            ScalarLog::open(self.folder.path(), checkpoint.step()).context("cannot reopen the logs")?;
         Ok(())
     }
 

@@ -6,6 +6,7 @@
 //! | `checkpoints/` | the newest training states |
 //! | `scalars.csv`, `events.*` | scalars over environment steps |
 //! | `lock` | nothing; held by the process that trains |
+//! | `low.bin` | the policy whose low level is used, if none is trained |
 //! | `policy.bin` | the trained policy; there once the run has finished |
 
 use anyhow::{Context, Result, bail};
@@ -17,11 +18,13 @@ use super::policy::Policy;
 use crate::atomic_file::write_atomically;
 use crate::checkpoint::{Checkpoint, Contents};
 use crate::config::{Config, Profile};
+use crate::sha256::sha256;
 
 /// Where runs are kept unless `--out` says otherwise.
 pub const RUNS_FOLDER: &str = "runs";
 const CONFIG: &str = "config.toml";
 const POLICY: &str = "policy.bin";
+const LOW: &str = "low.bin";
 
 /// The folder of one run.
 #[derive(Clone, Debug)]
@@ -30,11 +33,12 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Makes the folder of a new run and writes its configuration.
+    /// Makes the folder of a new run and writes its configuration, and the policy whose low level it uses if it
+    /// does not train one.
     ///
     /// # Errors
     /// A folder that already holds a run, or cannot be written.
-    pub fn create(path: &Path, config: &Config) -> Result<Self> {
+    pub fn create(path: &Path, config: &Config, low: Option<&Policy>) -> Result<Self> {
         let folder = Self { path: path.to_path_buf() };
         if folder.path.join(CONFIG).exists() {
             bail!(
@@ -44,6 +48,10 @@ impl RunFolder {
         }
         std::fs::create_dir_all(path)
             .with_context(|| format!("cannot make the folder {}", path.display()))?;
+        // The configuration last: without it the folder is no run.
+        if let Some(low) = low {
+            folder.write_policy(LOW, low)?;
+        }
         let text = config.to_toml();
         write_atomically(&folder.path.join(CONFIG), |file| std::io::Write::write_all(file, text.as_bytes()))
             .with_context(|| format!("cannot write into {}", path.display()))?;
@@ -136,12 +144,29 @@ impl RunFolder {
         }
     }
 
-    /// The configuration that the run was started with.
+    /// The configuration that the run was started with, and the SHA-256 of its text.
     ///
     /// # Errors
     /// A configuration that was edited into nonsense, or is of another version.
-    pub fn config(&self) -> Result<Config> {
-        Config::read(&self.path.join(CONFIG), Profile::Quick)
+    pub fn config(&self) -> Result<(Config, String)> {
+        let path = self.path.join(CONFIG);
+        let text =
+            std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let config =
+            Config::parse_unchecked(&text, Profile::Quick).with_context(|| path.display().to_string())?;
+        Ok((config, sha256(text.as_bytes())))
+    }
+
+    /// The policy whose low level this run uses, if it trains none.
+    ///
+    /// # Errors
+    /// A damaged file.
+    pub fn borrowed_low(&self) -> Result<Option<Policy>> {
+        let path = self.path.join(LOW);
+        if !path.exists() {
+            return Ok(None);
+        }
+        Ok(Some(Checkpoint::load(&path)?.value("policy")?))
     }
 
     /// Writes the trained policy.
@@ -149,9 +174,13 @@ impl RunFolder {
     /// # Errors
     /// A folder that cannot be written.
     pub fn save_policy(&self, policy: &Policy) -> Result<()> {
+        self.write_policy(POLICY, policy)
+    }
+
+    fn write_policy(&self, name: &str, policy: &Policy) -> Result<()> {
         let mut contents = Contents::new();
         contents.value("policy", policy).context("the policy cannot be serialised")?;
-        let path = self.policy_path();
+        let path = self.path.join(name);
         write_atomically(&path, |file| contents.write_to(policy.env_steps, file))
             .with_context(|| format!("cannot write {}", path.display()))
     }
