@@ -1,0 +1,140 @@
+//! When a decision ends, and what the high level sees without a map.
+
+use nav_core::geometry::Pose;
+use nav_core::messages::{Goal, Header, LaserScan, Odometry};
+use nav_core::navigator::{DecisionReason, Navigator};
+use nav_core::task::{ACTION_GOAL, ACTION_WAIT, Memory, Task};
+
+/// A robot on the x axis that faces its goal 8 m ahead.
+struct Scene {
+    task: Task,
+    navigator: Navigator,
+    seq: u64,
+}
+
+impl Scene {
+    fn new(task: Task) -> Self {
+        Self { task, navigator: Navigator::new(&task), seq: 0 }
+    }
+
+    /// A step at `x_m` with a thing ahead at `gap_m`, 40 degrees wide, and nothing else.
+    fn see(&mut self, x_m: f32, gap_m: f32) -> Option<DecisionReason> {
+        self.seq += 1;
+        let header = Header { stamp_ns: self.seq * self.task.control_period_ns(), seq: self.seq };
+        let lidar = &self.task.lidar;
+        let mut scan = LaserScan {
+            header,
+            angle_min_rad: lidar.angle_min_rad(),
+            angle_increment_rad: lidar.angle_increment_rad(),
+            range_min_m: lidar.range_min_m,
+            range_max_m: lidar.range_max_m,
+            beam_count: lidar.beam_count,
+            ..LaserScan::default()
+        };
+        for beam in 0..lidar.beam_count as usize {
+            let angle = lidar.angle_min_rad() + beam as f32 * lidar.angle_increment_rad();
+            scan.ranges_m[beam] = if angle.abs() < 0.35 { gap_m } else { f32::INFINITY };
+        }
+        let odom =
+            Odometry { header, pose: Pose::new(x_m, 0.0, 0.0), linear_mps: 1.0, ..Odometry::default() };
+        let goal = Goal { header, x_m: 8.0, y_m: 0.0, radius_m: 0.3, id: 1 };
+        self.navigator.observe(&scan, &odom, &goal);
+        self.navigator.decision_due()
+    }
+
+    fn choose(&mut self, action: usize) {
+        let (_, mask) = self.navigator.prepare_decision();
+        assert!(mask.allows(action), "{action} is legal here");
+        self.navigator.commit(action);
+    }
+}
+
+const FREE: f32 = f32::INFINITY;
+/// The direction of the goal, as one of the sixteen.
+const AHEAD: usize = 0;
+
+#[test]
+fn a_subgoal_that_is_reached_ends_its_decision() {
+    let mut scene = Scene::new(Task::default());
+    assert_eq!(scene.see(0.0, FREE), Some(DecisionReason::Start));
+    scene.choose(AHEAD);
+    // 2 m away; it counts as reached at 0.4 m.
+    for step in 1..=15_u8 {
+        assert_eq!(scene.see(0.1 * f32::from(step), FREE), None, "step {step}");
+    }
+    assert_eq!(scene.see(1.65, FREE), Some(DecisionReason::Reached));
+}
+
+#[test]
+fn the_goal_is_held_for_twenty_steps_and_waiting_for_five() {
+    let mut scene = Scene::new(Task::default());
+    scene.see(0.0, FREE);
+    scene.choose(ACTION_GOAL);
+    for step in 1..20_u8 {
+        assert_eq!(scene.see(0.1 * f32::from(step), FREE), None, "step {step}");
+    }
+    assert_eq!(scene.see(2.0, FREE), Some(DecisionReason::Expired));
+    scene.choose(ACTION_WAIT);
+    for _ in 0..4 {
+        assert_eq!(scene.see(2.0, FREE), None);
+    }
+    assert_eq!(scene.see(2.0, FREE), Some(DecisionReason::Expired));
+}
+
+#[test]
+fn a_robot_that_does_not_move_is_stuck_after_ten_steps() {
+    let mut scene = Scene::new(Task::default());
+    scene.see(0.0, FREE);
+    scene.choose(AHEAD);
+    for step in 1..10 {
+        assert_eq!(scene.see(0.0, FREE), None, "step {step}");
+    }
+    assert_eq!(scene.see(0.0, FREE), Some(DecisionReason::Stuck));
+}
+
+#[test]
+fn something_in_the_way_ends_a_direction_and_not_the_goal() {
+    for (action, expected) in [(AHEAD, Some(DecisionReason::Blocked)), (ACTION_GOAL, None)] {
+        let mut task = Task::default();
+        // Something that appears is a threat too, and that is not the question here.
+        task.decision.time_to_collision_s = 0.0;
+        let mut scene = Scene::new(task);
+        scene.see(0.0, FREE);
+        scene.choose(action);
+        for step in 1..=3_u8 {
+            assert_eq!(scene.see(0.1 * f32::from(step), FREE), None);
+        }
+        let due = (4..=8_u8).find_map(|step| scene.see(0.1 * f32::from(step), 1.4 - 0.1 * f32::from(step)));
+        assert_eq!(due, expected, "action {action}");
+    }
+}
+
+#[test]
+fn somebody_who_comes_close_fast_is_a_threat() {
+    let mut scene = Scene::new(Task::default());
+    scene.see(0.0, 4.0);
+    scene.choose(ACTION_GOAL);
+    // 1 m/s each: 3 m in 1.5 s, less the radius.
+    let reasons: Vec<_> =
+        (1..=8_u8).map(|step| scene.see(0.1 * f32::from(step), 4.0 - 0.2 * f32::from(step))).collect();
+    let first = reasons.iter().position(Option::is_some).expect("it comes close");
+    assert_eq!(reasons[first], Some(DecisionReason::Threat));
+    let gap_m = 4.0 - 0.2 * (first + 1) as f32;
+    assert!((2.9..=3.3).contains(&gap_m), "{gap_m}");
+}
+
+#[test]
+fn without_a_map_no_geodesic_is_seen() {
+    let mut task = Task::default();
+    let gains = |task: Task| {
+        let mut scene = Scene::new(task);
+        for step in 0..6_u8 {
+            scene.see(0.1 * f32::from(step), 1.5);
+        }
+        let (observation, _) = scene.navigator.prepare_decision();
+        (0..16).map(|k| observation[6 * k + 1]).collect::<Vec<f32>>()
+    };
+    assert!(gains(task).iter().any(|gain| gain.abs() > 0.1), "the profile `full` remembers");
+    task.decision.memory = Memory::Lite;
+    assert!(gains(task).iter().all(|gain| *gain == 0.0), "the profile `lite` does not");
+}
