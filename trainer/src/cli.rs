@@ -115,7 +115,8 @@ pub struct EvaluateArgs {
     /// The exported model
     #[arg(long, value_name = "FOLDER", default_value = "models")]
     pub model: PathBuf,
-    /// An exported flat model for the policy td3 [default: the model's own TD3, straight at the goal]
+    /// For the policy td3: an exported flat model, or the folder of a finished flat run [default: the model's own
+    /// TD3, straight at the goal]
     #[arg(long, value_name = "FOLDER")]
     pub flat_model: Option<PathBuf>,
     /// What drives

@@ -67,7 +67,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     fs::create_dir_all(&out).with_context(|| format!("could not create {}", out.display()))?;
     let flat = if options.model.is_none() {
         say("2/4 train (profile quick, about four minutes on two cores) and export");
-        Training { programs: &programs, seed: options.seed, model: &model, out: &out }.run()?
+        Training { programs: &programs, seed: options.seed, model: &model, out: &out }.run().map(Some)?
     } else {
         say(&format!("2/4 no training: driving with {}", model.display()));
         None

@@ -16,17 +16,16 @@ pub(crate) struct Training<'a> {
     pub seed: Option<u64>,
     /// Where the hybrid is exported to.
     pub model: &'a Path,
-    /// Where the flat model and its logs go.
+    /// Where the flat run's log goes.
     pub out: &'a Path,
 }
 
 impl Training<'_> {
-    /// Trains both, exports both. The flat model's folder; none when the flat policy missed its gate, which is
-    /// told and no failure of the demo.
+    /// Trains both and exports the hybrid; the folder of the flat run.
     ///
     /// # Errors
     /// A run that fails, or a hybrid that missed its gate.
-    pub(crate) fn run(&self) -> Result<Option<PathBuf>> {
+    pub(crate) fn run(&self) -> Result<PathBuf> {
         let (hybrid, flat) = (root().join("runs/demo"), root().join("runs/demo-flat"));
         remove_folder(&hybrid)?;
         remove_folder(&flat)?;
@@ -34,19 +33,14 @@ impl Training<'_> {
         say(&format!("  a flat TD3 is trained beside it; its progress is in {}", short(&log)));
         let mut beside = Process::start(self.train("td3", &flat), log)?;
         run_shown(&mut self.train("hybrid", &hybrid), "trainer train")?;
-        run_shown(&mut self.export(&hybrid, self.model), "trainer export")?;
+        let mut export = trainer(self.programs);
+        export.arg("export").arg("--run").arg(hybrid).arg("--out").arg(self.model);
+        run_shown(&mut export, "trainer export")?;
         if beside.ended()?.is_none() {
             say("  waiting for the flat TD3");
         }
         beside.finish()?;
-        let folder = self.out.join("flat");
-        match Process::start(self.export(&flat, &folder), self.out.join("flat-export.log"))?.finish() {
-            Ok(()) => Ok(Some(folder)),
-            Err(error) => {
-                say(&format!("  the flat TD3 is not shown: {error:#}"));
-                Ok(None)
-            }
-        }
+        Ok(flat)
     }
 
     fn train(&self, algorithm: &str, run: &Path) -> Command {
@@ -56,12 +50,6 @@ impl Training<'_> {
             train.args(["--seed", &seed.to_string()]);
         }
         train
-    }
-
-    fn export(&self, run: &Path, folder: &Path) -> Command {
-        let mut export = trainer(self.programs);
-        export.arg("export").arg("--run").arg(run).arg("--out").arg(folder);
-        export
     }
 }
 

@@ -33,7 +33,6 @@ impl Config {
         if profile == Profile::Full {
             config.worlds_per_family = 1_000;
             config.low.env_steps = 600_000;
-            config.low.replay_capacity = 400_000;
             config.high.decisions = 250_000;
             config.high.dqn.hidden = vec![128, 128];
             config.gate.low_reach = 0.95;
@@ -60,11 +59,11 @@ impl Default for LowConfig {
                 Family::Crowd,
             ],
             envs: 16,
-            env_steps: 300_000,
+            env_steps: 400_000,
             warmup_steps: 5_000,
             env_steps_per_update: 4,
             batch: 256,
-            replay_capacity: 300_000,
+            replay_capacity: 400_000,
             discount: 0.98,
             noise: [0.05, 0.5],
             goal_share: 0.3,

@@ -17,9 +17,12 @@ use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{EpisodeTrace, svg_sheet, write_picture};
 use runtime::model::Model;
 use serde::Serialize;
+use std::path::Path;
 
 use crate::cli::{DisturbanceName, EvaluateArgs, PolicyName};
 use crate::rollout::worlds::{Place, generate_places};
+use crate::train::policy::Policy;
+use crate::train::run_folder::RunFolder;
 use batch::{BatchOptions, drive_all};
 use drive::Driven;
 use planner::{KnownMapPlanner, Search};
@@ -62,9 +65,8 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
     }
     let task = model.manifest().task;
     if let Some(folder) = &args.flat_model {
-        let flat = Model::read(folder)?;
         ensure!(
-            same_world(&flat.manifest().task, &task),
+            same_world(&Flat::read(folder)?.task(), &task),
             "{} was trained for another robot, lidar or episode than {}: they cannot share worlds",
             folder.display(),
             args.model.display()
@@ -102,6 +104,30 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
         args.out.display()
     ));
     Ok(())
+}
+
+/// What drives as `td3`.
+enum Flat {
+    /// An exported model.
+    Exported(Model),
+    /// A finished run: a rival need not be good enough to be exported.
+    Trained(Box<Policy>),
+}
+
+impl Flat {
+    fn read(folder: &Path) -> Result<Self> {
+        match RunFolder::open(folder) {
+            Ok(run) => Ok(Self::Trained(Box::new(run.policy()?))),
+            Err(_) => Ok(Self::Exported(Model::read(folder)?)),
+        }
+    }
+
+    fn task(&self) -> Task {
+        match self {
+            Self::Exported(model) => model.manifest().task,
+            Self::Trained(policy) => policy.task,
+        }
+    }
 }
 
 /// An entry that counts twice would make intervals narrower than they are.
@@ -169,11 +195,18 @@ fn drive_policy(
             let make = || read(&args.model).into_controller().expect("it was checked when read");
             drive_all(make, places, options, &progress)
         }
-        PolicyName::Td3 => {
-            let folder = args.flat_model.as_ref().unwrap_or(&args.model);
-            let make = || read(folder).into_flat_controller().expect("it was checked when read");
-            drive_all(make, places, options, &progress)
-        }
+        PolicyName::Td3 => match Flat::read(args.flat_model.as_ref().unwrap_or(&args.model))? {
+            Flat::Exported(model) => {
+                let folder = model.folder().to_owned();
+                let make = || read(&folder).into_flat_controller().expect("it was checked when read");
+                drive_all(make, places, options, &progress)
+            }
+            Flat::Trained(policy) => {
+                let make = || policy.flat_controller().expect("its weights are whole");
+                make();
+                drive_all(make, places, options, &progress)
+            }
+        },
         PolicyName::Astar => planner(Search::AStar),
         PolicyName::Dijkstra => planner(Search::Dijkstra),
         PolicyName::Reactive => drive_all(|| Reactive::new(task), places, options, &progress),

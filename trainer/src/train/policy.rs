@@ -1,6 +1,7 @@
 //! A trained policy, as a run keeps it: weights, normaliser, task, and what it reached on validation worlds.
 
 use anyhow::{Context, Result, ensure};
+use nav_core::controller::Controller;
 use nav_core::task::{ACTION_COUNT, Task};
 use rand::SeedableRng;
 use serde::{Deserialize, Serialize};
@@ -75,6 +76,14 @@ impl Policy {
     /// Damaged weights.
     pub fn low(&self) -> Result<ActingNetwork> {
         Ok(pack(&self.actor.network()?, Some(&self.normaliser), 1)?)
+    }
+
+    /// A controller that drives with the low level straight at the goal.
+    ///
+    /// # Errors
+    /// Damaged weights.
+    pub fn flat_controller(&self) -> Result<Controller<Vec<f32>>> {
+        Ok(Controller::new(&self.task, None, self.low()?)?)
     }
 
     /// The high level for acting, if there is one.
