@@ -63,7 +63,8 @@ pub(crate) struct ModelArguments {
 pub(crate) enum PaceChoice {
     /// At the policy's fixed rate, in phase with the scans
     Clock,
-    /// Once for each scan, at its own time: lock-step with a simulator
+    /// Once for each scan, at its own time: lock-step with a simulator (not for a robot: without scans it sends
+    /// nothing, and only the driver's own guard stops the base)
     Scan,
 }
 

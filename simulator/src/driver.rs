@@ -45,7 +45,6 @@ impl Driver {
     }
 
     /// The age at which a command stops counting, ns.
-    #[cfg(test)]
     pub(crate) fn stale_after_ns(&self) -> u64 {
         self.stale_after_ns
     }

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use nav_core::metrics::{EpisodeEnd, EpisodeRecorder, StepTruth};
 use nav_sim::simulation::{Outcome, Simulation};
+use std::io::Write as _;
 
 use crate::cli::Pace;
 use crate::link::{Link, LinkError};
@@ -19,7 +20,7 @@ pub(crate) fn run(plan: &Plan) -> Result<RunEnd> {
     let mut link = Link::open(plan, interrupt)?;
     let mut view = plan.show_map.then(View::default);
     let mut episodes = Vec::new();
-    println!("simulator: robot `{}`, {} episodes, waiting for the runtime", plan.robot, plan.episodes);
+    say(&format!("simulator: robot `{}`, {} episodes, waiting for the runtime", plan.robot, plan.episodes));
     let driven = drive_all(plan, &mut link, &mut view, &mut episodes);
     let (ended, result) = match driven {
         Ok(()) => ("complete".to_owned(), Ok(RunEnd::Complete)),
@@ -29,7 +30,7 @@ pub(crate) fn run(plan: &Plan) -> Result<RunEnd> {
         Err(error) => (format!("{error:#}"), Err(error)),
     };
     let summary = Summary::of(&episodes, plan.episodes, link.late_periods());
-    println!("{}", summary.line());
+    say(&summary.line());
     if let Some(path) = &plan.report {
         let report = Report {
             simulator_version: env!("CARGO_PKG_VERSION"),
@@ -43,6 +44,11 @@ pub(crate) fn run(plan: &Plan) -> Result<RunEnd> {
         report.write(path)?;
     }
     result
+}
+
+/// Tells a person who may have closed the terminal; the episodes go on without them.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 fn drive_all(
@@ -75,7 +81,7 @@ fn drive_all(
             &mut picture,
             view,
         )?;
-        println!("{}", report.line());
+        say(&report.line());
         if let (Some(picture), Some(folder)) = (picture, &plan.draw) {
             picture.write(folder, &report)?;
         }

@@ -68,6 +68,7 @@ pub(crate) struct Link {
     deadline_ns: u64,
     late_periods: u64,
     command: CmdVel,
+    accepted_stamp_ns: u64,
     status: Status,
     scan: Box<LaserScan>,
     // Last: ports go before their node.
@@ -101,6 +102,7 @@ impl Link {
             deadline_ns: 0,
             late_periods: 0,
             command: CmdVel::default(),
+            accepted_stamp_ns: 0,
             status: Status::default(),
             scan: Box::default(),
             _node: node,
@@ -111,6 +113,8 @@ impl Link {
     pub(crate) fn restart(&mut self) {
         self.driver.restart();
         self.episode_seq = self.seq + 1;
+        // Making a world and drawing a picture is no silence of the runtime's.
+        self.heard_ns = self.heard_ns.map(|_| monotonic_ns());
     }
 
     /// Waits until somebody reads scan, odom and goal and writes cmd_vel.
@@ -229,7 +233,22 @@ impl Link {
             return Ok(false);
         }
         self.heard_ns = Some(now_ns);
-        Ok(self.command.scan_seq >= self.episode_seq && self.driver.accept(&self.command, now_ns))
+        if self.pace == Pace::Realtime && !self.is_fresh(now_ns) {
+            return Ok(false);
+        }
+        let is_accepted =
+            self.command.scan_seq >= self.episode_seq && self.driver.accept(&self.command, now_ns);
+        if is_accepted {
+            self.accepted_stamp_ns = self.command.header.stamp_ns;
+        }
+        Ok(is_accepted)
+    }
+
+    /// Whether the command is newer than the last one and was not held up on its way: a frozen runtime that wakes
+    /// sends what it had decided long ago.
+    fn is_fresh(&self, now_ns: u64) -> bool {
+        let stamp_ns = self.command.header.stamp_ns;
+        stamp_ns > self.accepted_stamp_ns && now_ns.saturating_sub(stamp_ns) <= self.driver.stale_after_ns()
     }
 
     fn check_patience(&self, now_ns: u64) -> Result<(), LinkError> {

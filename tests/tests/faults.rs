@@ -2,7 +2,7 @@
 
 mod support;
 
-use nav_core::messages::{CmdVel, Odometry, RunState, Status, fault};
+use nav_core::messages::{CmdVel, Goal, Odometry, RunState, Status, fault};
 use nav_ipc::Reader;
 use support::programs::{Running, run, wait_until};
 use support::{Stage, read_json};
@@ -32,8 +32,14 @@ fn wait_until_driving(odom: &Reader<Odometry>) {
     wait_until("the robot drives", || newest(odom).linear_mps > 0.3);
 }
 
-fn assert_comes_to_rest_and_stays(odom: &Reader<Odometry>) {
+/// The robot stops by its driver's guard: within the age at which a command is stale (0.25 s), a period, the ramp
+/// (0.25 m) and some slack for a busy machine; not because its episode ended.
+fn assert_comes_to_rest_and_stays(odom: &Reader<Odometry>, goal: &Reader<Goal>) {
+    let (before, goal_id) = (newest(odom).pose, newest(goal).id);
     wait_until("the robot stands", || newest(odom).linear_mps == 0.0);
+    let way_m = (newest(odom).pose.position() - before.position()).norm();
+    assert!(way_m < 1.2, "it drove {way_m} m without commands");
+    assert_eq!(newest(goal).id, goal_id, "the same episode");
     let (first, goal_seq) = (newest(odom), newest(odom).header.seq + 10);
     wait_until("a second later", || newest(odom).header.seq >= goal_seq);
     let last = newest(odom);
@@ -45,12 +51,13 @@ fn a_killed_runtime_leaves_a_robot_that_stops_and_a_new_one_drives_on() {
     let stage = Stage::new();
     let node = stage.node();
     let odom = node.reader::<Odometry>().expect("an odometry reader");
+    let goal = node.reader::<Goal>().expect("a goal reader");
     let simulator = simulator(&stage, &["--silence", "60"]);
     let first = runtime(&stage, &[]);
     wait_until_driving(&odom);
     first.signal(libc::SIGKILL);
     drop(first);
-    assert_comes_to_rest_and_stays(&odom);
+    assert_comes_to_rest_and_stays(&odom, &goal);
     let second = runtime(&stage, &[]);
     wait_until_driving(&odom);
     second.signal(libc::SIGTERM);
@@ -64,11 +71,12 @@ fn a_frozen_runtime_leaves_a_robot_that_stops_until_it_wakes() {
     let stage = Stage::new();
     let node = stage.node();
     let odom = node.reader::<Odometry>().expect("an odometry reader");
+    let goal = node.reader::<Goal>().expect("a goal reader");
     let _simulator = simulator(&stage, &["--silence", "60"]);
     let runtime = runtime(&stage, &[]);
     wait_until_driving(&odom);
     runtime.signal(libc::SIGSTOP);
-    assert_comes_to_rest_and_stays(&odom);
+    assert_comes_to_rest_and_stays(&odom, &goal);
     runtime.signal(libc::SIGCONT);
     wait_until_driving(&odom);
 }
@@ -201,4 +209,32 @@ fn a_timed_run_ends_by_itself() {
         (report["allocations"].as_u64(), report["allocations_counted"].as_bool()),
         (Some(0), Some(true))
     );
+}
+
+#[test]
+fn a_terminated_runtime_does_not_set_a_robot_in_motion_that_its_driver_has_stopped() {
+    let stage = Stage::new();
+    let node = stage.node();
+    let command = node.reader::<CmdVel>().expect("a command reader");
+    let simulator = Running::start(
+        "simulator",
+        &stage,
+        &["--family", "clutter", "--seed", "3", "--episodes", "500", "--pace", "lockstep"],
+    );
+    let runtime = runtime(&stage, &["--pace", "scan"]);
+    wait_until("the runtime drives", || newest(&command).linear_mps > 0.3);
+    simulator.signal(libc::SIGSTOP);
+    // Far longer than a command counts.
+    std::thread::sleep(std::time::Duration::from_secs(1));
+    let mut last = CmdVel::default();
+    while command.read_latest(&mut last).expect("received") {}
+    runtime.signal(libc::SIGTERM);
+    let end = newest(&command);
+    assert_eq!(
+        (end.linear_mps, end.angular_radps),
+        (0.0, 0.0),
+        "at once, not by a ramp from {}",
+        last.linear_mps
+    );
+    runtime.end().succeeded();
 }

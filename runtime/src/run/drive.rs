@@ -7,8 +7,10 @@ use super::ports::Ports;
 use super::record::Record;
 use super::stop::Stop;
 use crate::alloc::{self, Counts};
+use nav_core::guard::AGE_LIMIT_NS;
 use nav_core::messages::{CmdVel, Header, Status};
 use nav_ipc::clock::monotonic_ns;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;
 
 /// How long to wait for a scan at once, so that a signal is seen.
@@ -27,12 +29,14 @@ struct Loop<'a, T> {
     period_ns: u64,
     step_max_m: f32,
     last_command: CmdVel,
+    sent_ns: u64,
     status_seq: u64,
     heard_ns: u64,
     ends_ns: u64,
 }
 
-/// Drives until something ends it. The last command is zero, whatever ends it.
+/// Drives until something ends it. The last command is zero, also after an error or a panic; after an abort or a
+/// SIGKILL it is the driver that stops the robot, because commands no longer come.
 ///
 /// Waits for a first scan, connects, arms, and from then on allocates nothing in this thread but for peers that
 /// join or leave, which is counted apart.
@@ -58,11 +62,19 @@ pub fn drive<T: Tick>(
         live,
         record,
         last_command: CmdVel::default(),
+        sent_ns: 0,
         status_seq: 0,
         heard_ns: monotonic_ns(),
         ends_ns: u64::MAX,
     };
-    let result = running.arm_and_run();
+    let result = match catch_unwind(AssertUnwindSafe(|| running.arm_and_run())) {
+        Ok(result) => result,
+        Err(panic) => {
+            // Whether it could be sent or not, the panic is what is to be told.
+            let _ = running.bring_to_rest(true);
+            resume_unwind(panic)
+        }
+    };
     let peer_left = matches!(result, Ok(End::PeerLeft));
     running.record.close(monotonic_ns(), peer_left, running.step_max_m);
     running.bring_to_rest(peer_left)?;
@@ -194,7 +206,7 @@ impl<T: Tick> Loop<'_, T> {
         let decided_ns = monotonic_ns();
         self.ports.command(&command)?;
         let sent_ns = monotonic_ns();
-        self.last_command = command;
+        (self.last_command, self.sent_ns) = (command, sent_ns);
         let tick_ns = sent_ns.saturating_sub(woken_ns);
         self.status_seq += 1;
         self.ports.status(&Status {
@@ -240,13 +252,17 @@ impl<T: Tick> Loop<'_, T> {
         }
     }
 
-    /// Ramps the last command to zero within the acceleration limits; at once when nobody drives by it any more.
+    /// Ramps the last command to zero within the acceleration limits; at once when nobody drives by it any more
+    /// (`at_once`), or it is too old for anybody to.
     fn bring_to_rest(&mut self, at_once: bool) -> Result<(), DriveError> {
         let task = *self.ticker.task();
         let mut command = self.last_command;
         if !command.header.is_received() {
             return Ok(());
         }
+        // After a silence the driver has stopped the robot, and a ramp would set it in motion again.
+        let silent_ns = monotonic_ns().saturating_sub(self.sent_ns);
+        let at_once = at_once || silent_ns > (self.period_ns * 5 / 2).min(AGE_LIMIT_NS);
         loop {
             let change =
                 |acceleration: f32| if at_once { f32::MAX } else { acceleration * task.control_period_s };

@@ -2,6 +2,7 @@
 
 use nav_core::controller::TickStatus;
 use nav_core::messages::{CmdVel, RunState, fault};
+use std::io::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 use std::thread::JoinHandle;
@@ -110,7 +111,9 @@ impl Printer {
                 let passed = last.elapsed();
                 if passed >= Duration::from_secs(1) {
                     last = Instant::now();
-                    println!("{}", live.line(started.elapsed(), &mut last_ticks, passed));
+                    // A closed terminal must not end this thread with a panic.
+                    let line = live.line(started.elapsed(), &mut last_ticks, passed);
+                    let _ = writeln!(std::io::stdout(), "{line}");
                 }
             }
         });

@@ -32,6 +32,7 @@ use ports::Ports;
 use realtime::RealTime;
 use record::Record;
 use report::Report;
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use stop::Stop;
@@ -86,18 +87,22 @@ pub enum RunError {
 /// Loads, opens, drives and reports. Prints what a person at the terminal wants to know.
 ///
 /// # Errors
-/// Anything that keeps the robot from being driven; whatever happens, the last command is zero.
+/// Anything that keeps the robot from being driven; the last command is zero then too.
 pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     let model = Model::read(&plan.model)?;
-    println!("{}", crate::check::headline(&model));
+    if let Some(path) = &plan.report {
+        // Known now and not after the drive.
+        report::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
+    }
+    say(&crate::check::headline(&model));
     let mut controller = model.into_controller()?;
     let mut ports = Ports::open(&plan.robot, &plan.ipc)?;
-    println!("topics of robot `{}` are open, waiting for scans", plan.robot);
+    say(&format!("topics of robot `{}` are open, waiting for scans", plan.robot));
     let stop = Stop::install().map_err(RunError::Signals)?;
     let live = Arc::new(Live::default());
     let printer = plan.show_live.then(|| live::Printer::start(live.clone()));
     for word in plan.realtime.enter() {
-        println!("{word}");
+        say(&word);
     }
     let mut record = Record::new(controller.task().control_period_ns());
     let result = drive(&mut controller, &mut ports, &plan.drive, &stop, &live, &mut record);
@@ -107,9 +112,17 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
         Err(error) => error.to_string(),
     };
     let report = Report::new(&record, &plan.drive, plan.robot.as_str(), ended);
-    println!("{report}");
-    if let Some(path) = &plan.report {
-        report.write(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
-    }
-    Ok(result?)
+    let written = plan.report.as_ref().map_or(Ok(()), |path| {
+        report.write(path).map_err(|source| RunError::Report { path: path.clone(), source })
+    });
+    say(&report.to_string());
+    // Why the drive ended matters more than a report that could not be written.
+    let end = result?;
+    written?;
+    Ok(end)
+}
+
+/// Tells a person who may have closed the terminal; the drive goes on without them.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
 }

@@ -136,6 +136,19 @@ impl Report {
     }
 }
 
+/// Whether a report can be written there later; leaves nothing behind.
+///
+/// # Errors
+/// The folder cannot be made or written.
+pub fn check_writable(path: &Path) -> std::io::Result<()> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder)?;
+    }
+    let partial = path.with_extension("partial");
+    std::fs::write(&partial, "")?;
+    std::fs::remove_file(&partial)
+}
+
 /// Writes a JSON file whole or not at all.
 ///
 /// # Errors

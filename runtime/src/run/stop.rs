@@ -1,6 +1,6 @@
 //! Asked to end: by a signal, or by the program itself.
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -13,18 +13,18 @@ pub struct Stop(Arc<AtomicUsize>);
 pub enum StopReason {
     /// SIGINT: a person at the terminal.
     Interrupt,
-    /// SIGTERM: a service manager.
+    /// SIGTERM: a service manager; or SIGHUP, SIGQUIT.
     Terminate,
 }
 
 impl Stop {
-    /// Takes over SIGINT and SIGTERM.
+    /// Takes over SIGINT, SIGTERM, and like it SIGHUP (the terminal is gone) and SIGQUIT.
     ///
     /// # Errors
     /// The operating system refuses.
     pub fn install() -> std::io::Result<Self> {
         let stop = Self::default();
-        for (signal, value) in [(SIGINT, 1), (SIGTERM, 2)] {
+        for (signal, value) in [(SIGINT, 1), (SIGTERM, 2), (SIGHUP, 2), (SIGQUIT, 2)] {
             signal_hook::flag::register_usize(signal, stop.0.clone(), value)?;
         }
         Ok(stop)
