@@ -90,7 +90,7 @@ mod tests {
         for (text, field) in [
             ("[low]\nsubgoal_m = [3.0, 0.7]", "low.subgoal_m"),
             ("[low]\nnoise = [nan, 0.5]", "low.noise must be finite"),
-            ("[low]\nwarmup_steps = 300_000", "low.warmup_steps"),
+            ("[low]\nwarmup_steps = 400_000", "low.warmup_steps"),
             ("[low.td3]\nhidden = [0]", "low.td3.hidden"),
             ("[high]\nwarmup_decisions = 0", "high.warmup_decisions"),
             ("[high.dqn]\nhuber_delta = 0.0", "high.dqn.huber_delta"),
