@@ -14,6 +14,7 @@ use nav_core::observation::{
 };
 use nav_core::task::ACTION_COUNT;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use crate::load::{
@@ -112,7 +113,8 @@ pub enum ModelError {
     },
     /// There are fewer golden pairs than a model must have, or they have other lengths.
     #[error(
-        "the {network} network comes with {found} usable golden pairs, at least {GOLDEN_PAIRS_MIN} are needed"
+        "the {network} network comes with {found} different golden pairs that fit it, where all must fit and at least \
+         {GOLDEN_PAIRS_MIN} are needed; export the model again"
     )]
     GoldenCount {
         /// Which network.
@@ -277,8 +279,10 @@ fn compare_golden(
     let mut answer = vec![0.0; network.output_len()];
     let fits =
         |pair: &&GoldenPair| pair.observation.len() == observation_len && pair.answer.len() == answer.len();
-    let usable = pairs.iter().filter(fits).count();
-    if usable < GOLDEN_PAIRS_MIN || usable != pairs.len() {
+    let bits = |pair: &GoldenPair| pair.observation.iter().map(|value| value.to_bits()).collect();
+    let distinct: HashSet<Vec<u32>> = pairs.iter().filter(fits).map(bits).collect();
+    let usable = distinct.len();
+    if usable < GOLDEN_PAIRS_MIN || !pairs.iter().all(|pair| fits(&pair)) {
         return Err(ModelError::GoldenCount { network: name, found: usable });
     }
     let mut worst = 0.0_f32;

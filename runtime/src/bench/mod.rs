@@ -5,7 +5,8 @@
 //! - **hot**: run after run, weights and code in the caches;
 //! - **cold**: before each run the caches are emptied by writing a buffer twice as large as the last one, as between two
 //!   ticks of a 20 Hz loop that shares its core;
-//! - **rehearsed** (executor only): cold, then one dummy run, then [`REHEARSAL`] asleep, then the measured run.
+//! - **rehearsed** (executor only): cold, then one dummy run, then [`REHEARSAL`] asleep, then the measured run: what a
+//!   dummy run before each deadline would give. The loop makes none.
 //!
 //! A measured time holds about 20 ns of clock reading. ONNX Runtime is not part of the robot's program: its column needs the
 //! cargo feature `onnxruntime`, and says so when it is missing.

@@ -59,6 +59,11 @@ impl Peer {
     }
 }
 
+/// Scans whose answers are waited for.
+const REMEMBERED: usize = 256;
+/// Before a scan is due, the peer stops listening for so long, ns.
+const EARLY_NS: u64 = 300_000;
+
 /// Why the peer failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PeerError {
@@ -67,7 +72,7 @@ pub enum PeerError {
     Ipc(#[from] IpcError),
 }
 
-/// What the peer does; returns scan to command in its own hands, ns.
+/// What the peer does; returns scan to command in its own hands, ns, of every scan that was answered.
 ///
 /// # Errors
 /// The topics fail.
@@ -80,6 +85,7 @@ pub fn publish(plan: &PeerPlan, lidar: &Lidar) -> Result<Percentiles, PeerError>
     let _granted = RealTime { priority: plan.realtime.then_some(PRIORITY), core: None }.enter();
     let mut scan = open_room(lidar);
     let mut command = CmdVel::default();
+    let mut sent_ns = [0_u64; REMEMBERED];
     let mut round_trip = Histogram::default();
     let period_ns = (1e9 / plan.rate_hz) as u64;
     let started_ns = monotonic_ns();
@@ -99,10 +105,13 @@ pub fn publish(plan: &PeerPlan, lidar: &Lidar) -> Result<Percentiles, PeerError>
         let id = ((stamp_ns - started_ns) / 5_000_000_000) as u32 + 1;
         goal_out.write(&Goal { header, x_m: 4.0, y_m: 1.0, radius_m: 0.3, id })?;
         scan_out.write(&scan)?;
-        let give_up_ns = stamp_ns + period_ns / 2;
-        while command.scan_seq != seq && wakeup.wait_until(give_up_ns)? {
-            if command_in.read_latest(&mut command)? && command.scan_seq == seq {
-                round_trip.record(monotonic_ns() - stamp_ns);
+        sent_ns[seq as usize % REMEMBERED] = stamp_ns;
+        // An answer counts however late it comes; the wait only ends in time for the next scan.
+        while wakeup.wait_until((deadline_ns + period_ns).saturating_sub(EARLY_NS))? {
+            let answered = command.scan_seq;
+            let is_new = command_in.read_latest(&mut command)? && command.scan_seq != answered;
+            if is_new && seq.saturating_sub(command.scan_seq) < REMEMBERED as u64 {
+                round_trip.record(monotonic_ns() - sent_ns[command.scan_seq as usize % REMEMBERED]);
             }
         }
     }

@@ -10,7 +10,7 @@ use std::collections::HashSet;
 use tract_onnx::pb;
 
 /// The most bytes of a model.
-pub const MAX_MODEL_BYTES: usize = 64 << 20;
+pub const MAX_MODEL_BYTES: usize = 8 << 20;
 /// The most nodes of a graph.
 pub const MAX_NODES: usize = 64;
 /// The most inputs or outputs of a node.

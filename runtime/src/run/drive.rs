@@ -135,7 +135,7 @@ impl<T: Tick> Loop<'_, T> {
     fn run_by_clock(&mut self, armed_ns: u64) -> Result<End, DriveError> {
         let mut grid = Grid::starting_with(armed_ns, self.period_ns);
         loop {
-            let woken_ns = self.counted(|running| running.wait_for_tick(&grid))?;
+            let (woken_ns, arrived_ns) = self.counted(|running| running.wait_for_tick(&grid))?;
             if let Some(end) = self.reason_to_end(woken_ns)? {
                 return Ok(end);
             }
@@ -143,31 +143,29 @@ impl<T: Tick> Loop<'_, T> {
             let is_new = self.counted(|running| running.ports.read().map_err(DriveError::from))?;
             self.record.note_start(woken_ns);
             self.counted_tick(woken_ns, is_new)?;
-            let finished_ns = monotonic_ns();
-            let scan_ns = self.ports.inputs().scan.header.stamp_ns;
-            // A stamp of another clock must not move ours.
-            let follows = is_new && scan_ns <= finished_ns && finished_ns - scan_ns < self.period_ns;
-            let skipped = grid.advance(finished_ns, follows.then_some(scan_ns));
+            let skipped = grid.advance(monotonic_ns(), arrived_ns);
             self.record.note_skipped(skipped);
             self.live.store_trouble(self.record.overruns, self.record.heap.allocations);
         }
     }
 
-    /// Sleeps until the window opens, then until a scan comes or the deadline has.
-    fn wait_for_tick(&mut self, grid: &Grid) -> Result<u64, DriveError> {
+    /// Waits until the window opens, then until a scan comes or the deadline has. Returns when it woke, and when the
+    /// newest scan arrived, if one did: by our own clock, because a stamp says when it was made.
+    fn wait_for_tick(&mut self, grid: &Grid) -> Result<(u64, Option<u64>), DriveError> {
+        // What comes before the window opens is read anyway; it must not start the tick early.
+        let came_early = self.ports.wait_until(grid.opens_ns())?;
+        let early_ns = came_early.then(monotonic_ns);
         sleep_until(grid.opens_ns());
-        // What came before the window opened is read anyway; it must not start the tick early.
         self.ports.wait(Duration::ZERO)?;
-        let by_scan = self.ports.wait_until(grid.deadline_ns())?;
-        if !by_scan {
-            // A signal may have ended the wait.
-            sleep_until(grid.deadline_ns());
+        if self.ports.wait_until(grid.deadline_ns())? {
+            let woken_ns = monotonic_ns();
+            return Ok((woken_ns, Some(woken_ns)));
         }
+        // A signal may have ended the wait.
+        sleep_until(grid.deadline_ns());
         let woken_ns = monotonic_ns();
-        if !by_scan {
-            self.record.wake_late.record(woken_ns.saturating_sub(grid.deadline_ns()));
-        }
-        Ok(woken_ns)
+        self.record.wake_late.record(woken_ns.saturating_sub(grid.deadline_ns()));
+        Ok((woken_ns, early_ns))
     }
 
     /// Runs a part of the loop and adds what it did to the heap.

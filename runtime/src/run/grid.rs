@@ -43,7 +43,7 @@ impl Grid {
         self.deadline_ns
     }
 
-    /// Goes on to the next period after a tick that ended at `finished_ns` and used a new scan that was made at
+    /// Goes on to the next period after a tick that ended at `finished_ns` and used a new scan that arrived at
     /// `scan_ns`, if any. Returns how many whole periods are skipped because it is late.
     pub fn advance(&mut self, finished_ns: u64, scan_ns: Option<u64>) -> u64 {
         let follow_ns = scan_ns.map_or(0, |scan_ns| self.follow_ns(scan_ns));
