@@ -122,11 +122,11 @@ impl<T: Tick> Loop<'_, T> {
         loop {
             self.counted(|running| running.ports.wait(GLANCE))?;
             woken_ns = monotonic_ns();
+            let is_new = self.read(woken_ns)?;
             if let Some(end) = self.reason_to_end(woken_ns)? {
                 return Ok(end);
             }
-            self.refresh()?;
-            if self.counted(|running| running.ports.read().map_err(DriveError::from))? {
+            if is_new {
                 self.counted_tick(woken_ns, true)?;
             }
         }
@@ -136,11 +136,10 @@ impl<T: Tick> Loop<'_, T> {
         let mut grid = Grid::starting_with(armed_ns, self.period_ns);
         loop {
             let (woken_ns, arrived_ns) = self.counted(|running| running.wait_for_tick(&grid))?;
+            let is_new = self.read(woken_ns)?;
             if let Some(end) = self.reason_to_end(woken_ns)? {
                 return Ok(end);
             }
-            self.refresh()?;
-            let is_new = self.counted(|running| running.ports.read().map_err(DriveError::from))?;
             self.record.note_start(woken_ns);
             self.counted_tick(woken_ns, is_new)?;
             let skipped = grid.advance(monotonic_ns(), arrived_ns);
@@ -186,10 +185,17 @@ impl<T: Tick> Loop<'_, T> {
         Ok(result?)
     }
 
-    fn counted_tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
+    /// Takes in the newest messages; whether there was a new scan.
+    fn read(&mut self, woken_ns: u64) -> Result<bool, DriveError> {
+        self.refresh()?;
+        let is_new = self.counted(|running| running.ports.read().map_err(DriveError::from))?;
         if is_new {
             self.heard_ns = woken_ns;
         }
+        Ok(is_new)
+    }
+
+    fn counted_tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
         self.counted(|running| running.tick(woken_ns, is_new))
     }
 

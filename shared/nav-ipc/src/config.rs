@@ -52,14 +52,16 @@ impl IpcConfig {
     /// # Errors
     /// [`IpcError::Root`] when the path is relative, or too long for the sockets that go there.
     pub fn in_folder(root: &StdPath) -> Result<Self, IpcError> {
+        // However it is spelled: `/x/`, `/x/.` and `/x` are one folder.
+        let root: PathBuf = root.components().collect();
         let bytes = root.as_os_str().as_encoded_bytes();
         // FNV-1a, 32 bits: spreads names apart, no more.
         let hash = bytes.iter().fold(0x811c_9dc5_u32, |h, b| (h ^ u32::from(*b)).wrapping_mul(0x0100_0193));
         let prefix = format!("nav{hash:08x}_");
         if !root.is_absolute() || bytes.len() + prefix.len() > ROOT_MAX_LEN {
-            return Err(IpcError::Root { root: root.to_owned(), root_max_len: ROOT_MAX_LEN - prefix.len() });
+            return Err(IpcError::Root { root, root_max_len: ROOT_MAX_LEN - prefix.len() });
         }
-        Ok(Self { isolated: Some((root.to_owned(), prefix)) })
+        Ok(Self { isolated: Some((root, prefix)) })
     }
 
     /// [`Self::in_folder`] for an optional command-line value; iceoryx2's defaults without one.
@@ -109,6 +111,14 @@ impl IpcConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_folder_is_one_world_however_it_is_spelled() {
+        let world = |root: &str| IpcConfig::in_folder(StdPath::new(root)).expect("a short path");
+        assert_eq!(world("/tmp/a/"), world("/tmp/a"));
+        assert_eq!(world("/tmp//a/."), world("/tmp/a"));
+        assert_ne!(world("/tmp/a"), world("/tmp/b"));
+    }
 
     #[test]
     fn robot_names_are_plain() {
