@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn open_floor_and_walls_do_not_close_in_on_a_robot_that_drives() {
         for closing in [driven(|_| f32::INFINITY), driven(|step| 4.0 - 0.1 * step)] {
-            assert_eq!(closing.closing_mps, [0.0; SECTOR_COUNT]);
+            assert!(closing.closing_mps.iter().all(|closing| *closing <= 0.0), "{:?}", closing.closing_mps);
         }
     }
 
@@ -136,7 +136,7 @@ mod tests {
         // It comes at 1 m/s, the robot at 1 m/s: 2 m less a second.
         let closing = driven(|step| 4.0 - 0.2 * step);
         assert!((closing.towards_mps(0.0) - 1.0).abs() < 0.1, "{}", closing.towards_mps(0.0));
-        assert_eq!(closing.towards_mps(PI), 0.0);
+        assert!(closing.towards_mps(PI) <= 0.0);
         let geometry = ScanGeometry::new(&Task::default());
         // 2.2 m away by then, 2 m from the footprint.
         let contact_s = closing.time_to_contact_s(&geometry, 0.2, 1.0);

@@ -136,5 +136,5 @@ fn without_a_map_no_geodesic_is_seen() {
     };
     assert!(gains(task).iter().any(|gain| gain.abs() > 0.1), "the profile `full` remembers");
     task.decision.memory = Memory::Lite;
-    assert!(gains(task).iter().all(|gain| *gain == 0.0), "the profile `lite` does not");
+    assert!(gains(task).iter().all(|gain| gain.abs() <= 0.0), "the profile `lite` does not");
 }

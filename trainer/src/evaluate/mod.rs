@@ -109,7 +109,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
 /// What drives as `td3`.
 enum Flat {
     /// An exported model.
-    Exported(Model),
+    Exported(Box<Model>),
     /// A finished run: a rival need not be good enough to be exported.
     Trained(Box<Policy>),
 }
@@ -118,7 +118,7 @@ impl Flat {
     fn read(folder: &Path) -> Result<Self> {
         match RunFolder::open(folder) {
             Ok(run) => Ok(Self::Trained(Box::new(run.policy()?))),
-            Err(_) => Ok(Self::Exported(Model::read(folder)?)),
+            Err(_) => Ok(Self::Exported(Box::new(Model::read(folder)?))),
         }
     }
 
