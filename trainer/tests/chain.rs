@@ -109,6 +109,51 @@ fn killed_resumed_exported_and_evaluated() {
 }
 
 #[test]
+fn a_flat_policy_and_a_dqn_above_a_borrowed_low_level() {
+    fn train<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        [&["train", "--config", "tiny.toml"], more].concat()
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    std::fs::write(here.join("tiny.toml"), TINY).expect("written");
+    succeed(here, &train(&["--algorithm", "td3", "--out", "runs/flat"]));
+    let typo = refuse(here, &train(&["--algorithm", "dqn", "--low", "runs/typo", "--out", "runs/dqn"]));
+    assert!(typo.contains("runs/typo holds no run"), "{typo}");
+    assert!(!here.join("runs/dqn").exists(), "a refused run leaves no folder that --resume would take");
+    assert!(refuse(here, &train(&["--algorithm", "dqn"])).contains("--low"));
+    succeed(here, &train(&["--algorithm", "dqn", "--low", "runs/flat", "--out", "runs/dqn"]));
+    succeed(here, &["export", "--run", "runs/dqn", "--out", "hybrid"]);
+    succeed(here, &["export", "--run", "runs/flat", "--out", "flat"]);
+    assert!(here.join("hybrid/dqn.onnx").exists() && !here.join("flat/dqn.onnx").exists());
+    for flat in ["flat", "runs/flat"] {
+        let table = succeed(
+            here,
+            &[
+                "evaluate",
+                "--model",
+                "hybrid",
+                "--flat-model",
+                flat,
+                "--policies",
+                "hybrid,td3",
+                "--families",
+                "clutter",
+                "--worlds",
+                "2",
+                "--out",
+                "eval",
+                "--pictures",
+                "0",
+            ],
+        );
+        assert!(table.contains("hybrid") && table.contains("td3"), "{table}");
+    }
+    assert!(
+        refuse(here, &["evaluate", "--model", "hybrid", "--families", "clutter,clutter"]).contains("twice")
+    );
+}
+
+#[test]
 fn wrong_inputs_are_refused_in_a_sentence() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();

@@ -66,7 +66,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     remove_folder(&out)?;
     fs::create_dir_all(&out).with_context(|| format!("could not create {}", out.display()))?;
     let flat = if options.model.is_none() {
-        say("2/4 train (profile quick, about four minutes on two cores) and export");
+        say("2/4 train (profile quick, five to six minutes on two cores) and export");
         Training { programs: &programs, seed: options.seed, model: &model, out: &out }.run().map(Some)?
     } else {
         say(&format!("2/4 no training: driving with {}", model.display()));

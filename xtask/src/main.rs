@@ -28,7 +28,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Train, export and drive on worlds never trained on, then print a table (about fifteen minutes the first time)
+    /// Train, export and drive on worlds never trained on, then print a table (about twenty minutes the first time)
     Demo(demo::Options),
     /// Check everything: format, lints, doc tests, tests; installs what that needs
     Test,
