@@ -35,8 +35,8 @@ impl Config {
             config.low.env_steps = 600_000;
             config.high.decisions = 250_000;
             config.high.dqn.hidden = vec![128, 128];
-            config.gate.low_reach = 0.95;
-            config.gate.low_collision = 0.04;
+            config.gate.low_reach = 0.97;
+            config.gate.low_collision = 0.02;
             config.gate.spin = 0.03;
             config.gate.worlds = 100;
             config.gate.clutter_success = 0.95;
