@@ -65,10 +65,15 @@ fn drive_all(
         let place = plan.source.place(seed, &plan.task)?;
         let simulation = match &mut simulation {
             Some(simulation) => {
-                simulation.reset(place.world.clone(), seed);
+                simulation.reset(place.world.clone(), place.simulation_seed);
                 simulation
             }
-            none => none.insert(Simulation::new(place.world.clone(), &plan.task, &plan.disturbance, seed)),
+            none => none.insert(Simulation::new(
+                place.world.clone(),
+                &plan.task,
+                &plan.disturbance,
+                place.simulation_seed,
+            )),
         };
         link.restart();
         let mut picture = plan.draw.as_ref().map(|_| Picture::new(&plan.task, &place));

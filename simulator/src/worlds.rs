@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail, ensure};
 use nav_core::geometry::{Point, Pose};
 use nav_core::task::Task;
-use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate};
+use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate, simulation_seed};
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::map_file::{Map, MapOptions};
 use nav_sim::world::World;
@@ -21,10 +21,11 @@ pub(crate) enum WorldSource {
     Fixed(Arc<World>),
 }
 
-/// A world and the length of its shortest path, m.
+/// A world, the seed of what disturbs the robot in it, and the length of its shortest path, m.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     pub(crate) world: Arc<World>,
+    pub(crate) simulation_seed: u64,
     pub(crate) geodesic_m: f32,
     pub(crate) euclidean_m: f32,
 }
@@ -62,9 +63,11 @@ impl WorldSource {
 
     /// The world of a seed, with a way from start to goal.
     pub(crate) fn place(&self, seed: u64, task: &Task) -> Result<Place> {
-        let world = match self {
-            Self::Family(family, split) => Arc::new(generate(*family, *split, seed)),
-            Self::Fixed(world) => world.clone(),
+        let (world, simulation_seed) = match self {
+            &Self::Family(family, split) => {
+                (Arc::new(generate(family, split, seed)), simulation_seed(family, split, seed))
+            }
+            Self::Fixed(world) => (world.clone(), seed),
         };
         let start = world.start.position();
         let field = GeodesicField::new(&world, task.robot.radius_m);
@@ -78,6 +81,6 @@ impl WorldSource {
             bail!("in {} the way to the goal has no length: choose another goal", world.name);
         }
         let euclidean_m = (world.goal - start).norm();
-        Ok(Place { world, geodesic_m, euclidean_m })
+        Ok(Place { world, simulation_seed, geodesic_m, euclidean_m })
     }
 }

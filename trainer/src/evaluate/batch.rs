@@ -37,7 +37,7 @@ pub fn drive_all<D: Driver>(
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some(place) = places.get(index) else { return finished };
-            finished.push((index, bench.drive(&mut driver, place, place.seed, index < options.traces)));
+            finished.push((index, bench.drive(&mut driver, place, index < options.traces)));
             progress();
         }
     };

@@ -55,9 +55,10 @@ impl Bench {
     }
 
     /// Drives an episode to its end.
-    pub fn drive(&mut self, driver: &mut impl Driver, place: &Place, seed: u64, with_trace: bool) -> Driven {
+    pub fn drive(&mut self, driver: &mut impl Driver, place: &Place, with_trace: bool) -> Driven {
         let task = lasting(&self.task, place.family.episode_steps());
-        let mut simulation = Simulation::new(place.world.clone(), &task, &self.disturbance, seed);
+        let mut simulation =
+            Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);
         let mut recorder = EpisodeRecorder::new(simulation.pose(), self.task.control_period_s);
         let mut trace = with_trace.then(|| self.trace_of(place));
         let (mut ticked_ns, mut tick_max_ns, mut ticks) = (0_u64, 0, 0_u64);

@@ -1,6 +1,6 @@
 //! The worlds of a run: generated once, shared by all robots, with their shortest ways.
 
-use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate_with_field};
+use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate_with_field, simulation_seed};
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::world::World;
 use std::ops::Range;
@@ -13,6 +13,8 @@ pub struct Place {
     pub family: Family,
     /// Its seed within family and split.
     pub seed: u64,
+    /// The seed of the simulation that judges a policy in it.
+    pub simulation_seed: u64,
     /// The world.
     pub world: Arc<World>,
     /// Distances to the goal for the footprint.
@@ -32,7 +34,8 @@ pub fn generate_places(
         let (world, field) = generate_with_field(family, split, seed);
         let fits = (robot_radius_m - DESIGN_RADIUS_M).abs() < 1e-6;
         let field = if fits { field } else { GeodesicField::new(&world, robot_radius_m) };
-        Place { family, seed, world: Arc::new(world), field: Arc::new(field) }
+        let simulation_seed = simulation_seed(family, split, seed);
+        Place { family, seed, simulation_seed, world: Arc::new(world), field: Arc::new(field) }
     };
     let (front, back) = wanted.split_at(wanted.len() / 2);
     std::thread::scope(|scope| {

@@ -24,6 +24,11 @@ impl Dice {
         Self(rng)
     }
 
+    /// A seed for another generator.
+    pub(super) fn seed(&mut self) -> u64 {
+        self.0.random()
+    }
+
     /// A number in an interval.
     pub(super) fn within(&mut self, range: RangeInclusive<f32>) -> f32 {
         self.0.random_range(range)

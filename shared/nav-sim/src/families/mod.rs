@@ -234,6 +234,13 @@ pub fn generate(family: Family, split: Split, seed: u64) -> World {
     generate_with_field(family, split, seed).0
 }
 
+/// The seed of the simulation in the world of a family, split and seed: what the robot's disturbances and its people
+/// draw from. It differs between families and splits, so that what validation draws is not what the test draws.
+pub fn simulation_seed(family: Family, split: Split, seed: u64) -> u64 {
+    // No world takes so many attempts, so that no world is drawn from these numbers.
+    Dice::new([family as u64, split as u64, seed, u64::MAX]).seed()
+}
+
 /// Like [`generate`], with the distance field that the path check has computed, for [`DESIGN_RADIUS_M`].
 pub fn generate_with_field(family: Family, split: Split, seed: u64) -> (World, GeodesicField) {
     (0..)

@@ -120,6 +120,16 @@ fn the_same_seed_gives_the_same_world_and_no_two_worlds_are_equal() {
 }
 
 #[test]
+fn no_two_worlds_draw_the_same_disturbance() {
+    let seeds: std::collections::HashSet<u64> = Family::ALL
+        .into_iter()
+        .flat_map(|family| SPLITS.map(|split| (family, split)))
+        .flat_map(|(family, split)| (0..1000).map(move |seed| simulation_seed(family, split, seed)))
+        .collect();
+    assert_eq!(seeds.len(), Family::ALL.len() * SPLITS.len() * 1000);
+}
+
+#[test]
 fn walls_are_merged() {
     for (family, split, seed) in [(Family::Maze, Split::Train, 3), (Family::Rooms, Split::Test, 4)] {
         let world = generate(family, split, seed);
