@@ -2,37 +2,17 @@
 
 use anyhow::Result;
 use nav_core::controller::Controller;
-use nav_core::metrics::{EpisodeEnd, EpisodeRecorder, StepTruth};
-use nav_core::observation::LOW_ACTION;
+use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_COUNT, Task};
 use nav_sim::families::{Family, Split};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 use crate::config::Config;
 use crate::evaluate::batch::{BatchOptions, drive_all};
-use crate::nn::Mlp;
-use crate::rollout::low::{Attempt, LowRobot};
 use crate::rollout::policy::{Normaliser, pack};
 use crate::rollout::worlds::{Place, generate_places};
-use crate::seeds::derive;
+use crate::train::low_score::{LowReport, LowScore};
 use crate::train::policy::Weights;
-
-/// Attempts at subgoals that the low level is judged by.
-const LOW_ATTEMPTS: usize = 600;
-
-/// How the low level does on random subgoals in static worlds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LowScore {
-    /// Attempts.
-    pub attempts: usize,
-    /// Share reached.
-    pub reach: f32,
-    /// Share that collided.
-    pub collision: f32,
-    /// Share of steps that were spin.
-    pub spin: f32,
-}
 
 /// How a policy does on a family's validation worlds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,62 +33,13 @@ pub struct FamilyScore {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GateReport {
     /// The low level alone.
-    pub low: LowScore,
+    pub low: LowReport,
     /// The whole policy, by family.
     pub families: Vec<FamilyScore>,
     /// The low level driven straight at the goal, by family: the flat rival.
     pub flat: Vec<FamilyScore>,
     /// Every threshold that was missed, as a sentence; empty when the gate is passed.
     pub missed: Vec<String>,
-}
-
-/// Drives greedily at random subgoals in static validation worlds.
-///
-/// # Errors
-/// A network that the executor cannot hold.
-pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Result<LowScore> {
-    let mut network = pack(actor, Some(normaliser), 1)?;
-    let families: Vec<Family> =
-        config.low.families.iter().copied().filter(|family| !matches!(family, Family::Crowd)).collect();
-    let families = if families.is_empty() { vec![Family::Clutter] } else { families };
-    let places = Arc::new(generate_places(&families, Split::Validation, 0..20, config.task.robot.radius_m));
-    let low = Arc::new(crate::config::LowConfig { goal_share: 0.0, ..config.low.clone() });
-    let mut robots: Vec<_> = (0..8)
-        .map(|robot| {
-            let seed = derive(config.seed, 5_000 + robot);
-            let robot = LowRobot::new(low.clone(), places.clone(), &config.task, &config.disturbance, seed);
-            let recorder = EpisodeRecorder::new(robot.episode().pose(), config.task.control_period_s);
-            (robot, recorder)
-        })
-        .collect();
-    let mut score = LowScore::default();
-    let (mut reached, mut collided, mut spin_steps, mut steps) = (0_usize, 0_usize, 0.0_f32, 0_u32);
-    while score.attempts < LOW_ATTEMPTS {
-        for (robot, recorder) in &mut robots {
-            let mut action = [0.0; LOW_ACTION];
-            network.run(robot.observation(), &mut action);
-            let is_random = !robot.target_is_goal();
-            let (_, attempt) = robot.step(action);
-            if attempt == Attempt::Running {
-                recorder.step(&StepTruth { pose: robot.episode().pose(), ..StepTruth::default() });
-                continue;
-            }
-            // The robot is at its next attempt already, perhaps elsewhere: that pose is none of this one's.
-            let metrics = recorder.finish(EpisodeEnd::Timeout, false, 1.0, 1.0);
-            spin_steps += metrics.spin * metrics.steps as f32;
-            steps += metrics.steps;
-            *recorder = EpisodeRecorder::new(robot.episode().pose(), config.task.control_period_s);
-            if is_random && attempt != Attempt::Cut {
-                score.attempts += 1;
-                reached += usize::from(attempt == Attempt::Reached);
-                collided += usize::from(attempt == Attempt::Collided);
-            }
-        }
-    }
-    score.reach = reached as f32 / score.attempts as f32;
-    score.collision = collided as f32 / score.attempts as f32;
-    score.spin = spin_steps / steps.max(1) as f32;
-    Ok(score)
 }
 
 /// The validation worlds of a run: every family that it trains its top level on.

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::gate::{self, GateReport, LowScore};
+use super::gate::{self, GateReport};
 use super::high_stage::HighStage;
+use super::low_score::{LowReport, score_low};
 use super::low_stage::LowStage;
 use super::policy::{Policy, Weights};
 use super::run_folder::RunFolder;
@@ -46,7 +47,7 @@ pub enum End {
 struct LowResult {
     actor: Weights,
     normaliser: Normaliser,
-    score: LowScore,
+    score: LowReport,
     env_steps: u64,
     updates: u64,
 }
@@ -213,14 +214,8 @@ impl Run {
             return Ok(Err(interrupted));
         }
         let normaliser = stage.normaliser().cloned().context("the low level never left its warm-up")?;
-        let score = gate::score_low(&self.config, stage.learner().actor(), &normaliser)?;
-        eprintln!(
-            "   low level: reaches {:.1} % of {} random subgoals, collides in {:.1} %, spins {:.1} % of the time",
-            100.0 * score.reach,
-            score.attempts,
-            100.0 * score.collision,
-            100.0 * score.spin
-        );
+        let score = score_low(&self.config, stage.learner().actor(), &normaliser)?;
+        eprintln!("   low level: {score}");
         Ok(Ok(LowResult {
             actor: Weights::of(stage.learner().actor()),
             normaliser,
@@ -330,7 +325,7 @@ impl Run {
                 }
             }
         }
-        let missed = gate::missed(&self.config, &low.score, &families, scorer.is_some());
+        let missed = gate::missed(&self.config, &low.score.all, &families, scorer.is_some());
         let policy = Policy {
             config_toml: self.config.to_toml(),
             commit: self.meta.commit.clone(),
