@@ -1,7 +1,8 @@
 //! The command line, as typed, and what it comes to.
 
+use anyhow::ensure;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use nav_ipc::{IpcConfig, IpcError, RobotName};
+use nav_ipc::{IpcConfig, RobotName};
 use runtime::bench_loop::LoopBenchPlan;
 use runtime::run::RunPlan;
 use runtime::run::plan::{DrivePlan, Pace};
@@ -78,10 +79,10 @@ pub(crate) struct RunArguments {
     /// When to tick
     #[arg(long, value_enum, default_value_t = PaceChoice::Clock)]
     pace: PaceChoice,
-    /// End after so many seconds
+    /// End so many seconds after the first scan
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     duration: Option<Duration>,
-    /// End with an error after so many seconds without a scan; 0 waits for ever
+    /// End with an error after so many seconds without a scan; 0 waits for ever (not with --pace scan)
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = seconds_or_never)]
     idle_exit: Never,
     /// End when whoever publishes the scans leaves (always so with --pace scan)
@@ -148,11 +149,18 @@ struct Never(Option<Duration>);
 
 impl RunArguments {
     /// What will run, checked.
-    pub(crate) fn plan(self) -> Result<RunPlan, IpcError> {
+    pub(crate) fn plan(self) -> anyhow::Result<RunPlan> {
         let pace = match self.pace {
             PaceChoice::Clock => Pace::Clock,
             PaceChoice::Scan => Pace::Scan,
         };
+        // Without scans this pace commands nothing until it ends: a stop could replace an answer that a slow
+        // simulator has yet to read.
+        ensure!(
+            pace == Pace::Clock || self.idle_exit.0.is_some(),
+            "--idle-exit 0 cannot go with --pace scan, which stops the robot only when it ends: give --idle-exit a \
+             number of seconds, or drive with --pace clock"
+        );
         Ok(RunPlan {
             model: self.model.model,
             robot: RobotName::new(&self.robot)?,
@@ -247,12 +255,12 @@ mod tests {
         ] {
             assert!(parse(line).is_err(), "{line}");
         }
-        assert!(parse("runtime run --robot a/b").expect("parsed").command.is_some_and(
-            |command| match command {
+        for line in ["runtime run --robot a/b", "runtime run --pace scan --idle-exit 0"] {
+            assert!(parse(line).expect("parsed").command.is_some_and(|command| match command {
                 Command::Run(run) => run.plan().is_err(),
                 _ => false,
-            }
-        ));
+            }));
+        }
     }
 
     #[test]

@@ -6,11 +6,15 @@ use clap::Parser;
 use cli::{BenchArguments, Cli, Command, PeerArguments, RunArguments};
 use runtime::alloc::CheckedAllocator;
 use runtime::bench::{self, BenchOptions, NamedNetwork};
-use runtime::bench_loop::{self, load, peer};
+use runtime::bench_loop::{self, LoopBenchError, load, peer};
 use runtime::model::Model;
 use runtime::run::plan::End;
 use runtime::run::stop::StopReason;
+use runtime::terminal::say;
 use std::process::ExitCode;
+
+/// Exit status after Ctrl-C.
+const INTERRUPTED: u8 = 130;
 
 #[global_allocator]
 static ALLOCATOR: CheckedAllocator = CheckedAllocator;
@@ -37,27 +41,34 @@ fn main() -> ExitCode {
 fn run(arguments: RunArguments) -> anyhow::Result<ExitCode> {
     let end = runtime::run::run(&arguments.plan()?)?;
     Ok(match end {
-        End::Stopped(StopReason::Interrupt) => ExitCode::from(130),
-        End::Stopped(StopReason::Terminate) | End::Duration | End::PeerLeft => ExitCode::SUCCESS,
+        End::Stopped(StopReason::Interrupt) | End::StoppedWaiting(StopReason::Interrupt) => {
+            ExitCode::from(INTERRUPTED)
+        }
+        _ => ExitCode::SUCCESS,
     })
 }
 
 fn check(arguments: &cli::ModelArguments) -> anyhow::Result<ExitCode> {
     for line in runtime::check::check(&arguments.model)? {
-        println!("{line}");
+        say(line);
     }
     Ok(ExitCode::SUCCESS)
 }
 
 fn measure(arguments: BenchArguments) -> anyhow::Result<ExitCode> {
     if arguments.measure_loop {
-        bench_loop::measure(&arguments.loop_plan())?;
-        return Ok(ExitCode::SUCCESS);
+        return match bench_loop::measure(&arguments.loop_plan()) {
+            Err(LoopBenchError::Stopped) => {
+                eprintln!("runtime: {}", LoopBenchError::Stopped);
+                Ok(ExitCode::from(INTERRUPTED))
+            }
+            measured => Ok(measured.map(|_| ExitCode::SUCCESS)?),
+        };
     }
     let (td3, dqn) = Model::read(&arguments.model.model)?.into_networks();
     let mut networks = vec![NamedNetwork::new("td3", td3)];
     networks.extend(dqn.map(|dqn| NamedNetwork::new("dqn", dqn)));
-    println!("{}", bench::networks(&mut networks, &BenchOptions::default())?);
+    say(bench::networks(&mut networks, &BenchOptions::default())?);
     Ok(ExitCode::SUCCESS)
 }
 

@@ -111,10 +111,31 @@ pub enum ModelError {
         /// By how much.
         difference: f32,
     },
-    /// There are fewer golden pairs than a model must have, or they have other lengths.
+    /// A golden pair has other lengths than the network.
     #[error(
-        "the {network} network comes with {found} different golden pairs that fit it, where all must fit and at least \
-         {GOLDEN_PAIRS_MIN} are needed; export the model again"
+        "golden pair {index} of the {network} network has {found:?} numbers where {expected:?} are needed (observation, \
+         answer); export the model again"
+    )]
+    GoldenShape {
+        /// Which network.
+        network: &'static str,
+        /// Which pair.
+        index: usize,
+        /// Its lengths.
+        found: [usize; 2],
+        /// The network's.
+        expected: [usize; 2],
+    },
+    /// There are golden pairs of a network that the model does not have.
+    #[error("the model has no dqn network, but {found} golden pairs of one; export the model again")]
+    GoldenOfNone {
+        /// How many there are.
+        found: usize,
+    },
+    /// There are fewer golden pairs than a model must have, equal observations counted once.
+    #[error(
+        "the {network} network comes with {found} different golden pairs, at least {GOLDEN_PAIRS_MIN} are needed; \
+         export the model again"
     )]
     GoldenCount {
         /// Which network.
@@ -172,6 +193,8 @@ impl Model {
                 rows
             };
             worst = worst.max(compare_golden("dqn", dqn, &golden.dqn, HIGH_OBSERVATION, expand)?);
+        } else if !golden.dqn.is_empty() {
+            return Err(ModelError::GoldenOfNone { found: golden.dqn.len() });
         }
         *golden_difference = worst;
         Ok(())
@@ -277,13 +300,17 @@ fn compare_golden(
 ) -> Result<f32, ModelError> {
     let network = loaded.network_mut();
     let mut answer = vec![0.0; network.output_len()];
-    let fits =
-        |pair: &&GoldenPair| pair.observation.len() == observation_len && pair.answer.len() == answer.len();
+    let expected = [observation_len, answer.len()];
+    for (index, pair) in pairs.iter().enumerate() {
+        let found = [pair.observation.len(), pair.answer.len()];
+        if found != expected {
+            return Err(ModelError::GoldenShape { network: name, index, found, expected });
+        }
+    }
     let bits = |pair: &GoldenPair| pair.observation.iter().map(|value| value.to_bits()).collect();
-    let distinct: HashSet<Vec<u32>> = pairs.iter().filter(fits).map(bits).collect();
-    let usable = distinct.len();
-    if usable < GOLDEN_PAIRS_MIN || !pairs.iter().all(|pair| fits(&pair)) {
-        return Err(ModelError::GoldenCount { network: name, found: usable });
+    let different: HashSet<Vec<u32>> = pairs.iter().map(bits).collect();
+    if different.len() < GOLDEN_PAIRS_MIN {
+        return Err(ModelError::GoldenCount { network: name, found: different.len() });
     }
     let mut worst = 0.0_f32;
     for (index, pair) in pairs.iter().enumerate() {

@@ -41,7 +41,10 @@ pub(crate) fn run(plan: &Plan) -> Result<RunEnd> {
             summary,
             episodes: &episodes,
         };
-        report.write(path)?;
+        if let Err(error) = report.write(path) {
+            // Why the drive ended matters more than a report that could not be written.
+            return result.and(Err(error));
+        }
     }
     result
 }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use support::programs::run;
+use support::programs::{Running, run, wait_until};
 use support::{Stage, read_json};
 
 #[test]
@@ -25,7 +25,58 @@ fn it_measures_four_phases() {
         assert!(phase["ticks"].as_u64() > Some(0), "{phase}");
         assert!(phase["round_trip"]["count"].as_u64() > Some(0), "{phase}");
         assert_eq!(phase["allocations"], 0, "{phase}");
+        assert!(phase["scans_unanswered"].is_u64() && phase["round_trips_missing"].is_u64(), "{phase}");
+        assert_eq!(phase["hogs"].as_u64() > Some(0), phase["loaded"] == true, "{phase}");
+        assert!(phase["realtime"] == true || phase["realtime_granted"] == false, "{phase}");
         let median = |name: &str| phase[name]["p50_ns"].as_u64().expect("a median");
         assert!(median("controller") <= median("tick"), "a part is not longer than the whole: {phase}");
     }
+}
+
+#[test]
+fn an_interrupted_one_leaves_nothing_behind() {
+    let stage = Stage::new();
+    let mut bench = Running::start("runtime", &stage, &["bench", "--loop", "--seconds", "30"]);
+    let scratch = std::path::PathBuf::from(format!("/tmp/nav-loop-{}", bench.id()));
+    wait_until("it has begun", || scratch.exists());
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let children = || children_of(bench.id());
+    wait_until("the peer runs", || !children().is_empty());
+    let children = children();
+    bench.signal(libc::SIGINT);
+    wait_until("it ends", || !bench.is_running());
+    assert!(!scratch.exists(), "{}", scratch.display());
+    assert_eq!(bench.end().status.code(), Some(130));
+    assert!(children.iter().all(|child| !std::path::Path::new(&format!("/proc/{child}")).exists()));
+}
+
+#[test]
+fn a_killed_one_takes_its_peer_along() {
+    let stage = Stage::new();
+    let bench = Running::start("runtime", &stage, &["bench", "--loop", "--seconds", "30"]);
+    let id = bench.id();
+    wait_until("the peer runs", || !children_of(id).is_empty());
+    let children = children_of(id);
+    bench.signal(libc::SIGKILL);
+    drop(bench);
+    wait_until("the peer is gone", || children.iter().all(|child| has_ended(*child)));
+    let scratch = std::path::PathBuf::from(format!("/tmp/nav-loop-{id}"));
+    nav_ipc::IpcConfig::in_folder(&scratch).expect("a short path").remove_all();
+}
+
+/// Processes that a process started.
+fn children_of(parent: u32) -> Vec<u32> {
+    let text = std::fs::read_dir(format!("/proc/{parent}/task"))
+        .into_iter()
+        .flatten()
+        .flatten()
+        .filter_map(|thread| std::fs::read_to_string(thread.path().join("children")).ok())
+        .collect::<String>();
+    text.split_whitespace().filter_map(|id| id.parse().ok()).collect()
+}
+
+/// Gone, or waiting for somebody to take its status.
+fn has_ended(process: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    stat.is_empty() || stat.contains(") Z ")
 }

@@ -100,6 +100,72 @@ fn a_network_that_no_longer_does_what_it_did() {
 }
 
 #[test]
+fn golden_pairs_that_prove_too_little() {
+    // Edits the pairs, makes the manifest fit, and asks.
+    let with = |edit: fn(&mut serde_json::Value), is_flat: bool, parts: &[&str]| {
+        let stage = Stage::new();
+        let path = stage.model().join("golden.json");
+        let mut golden = read_json(&path);
+        edit(&mut golden);
+        fs::write(&path, golden.to_string()).expect("written");
+        let mut manifest = fixture::manifest(&stage.model());
+        if is_flat {
+            (manifest.algorithm, manifest.dqn) = (nav_core::manifest::Algorithm::Td3, None);
+        }
+        fixture::write_manifest(&stage.model(), &manifest);
+        if parts.is_empty() {
+            run("runtime", &stage, &["check"]).succeeded();
+        } else {
+            assert_model_refused(&stage, parts);
+        }
+    };
+    let repeat_the_first = |golden: &mut serde_json::Value| golden["dqn"][1] = golden["dqn"][0].clone();
+    with(repeat_the_first, false, &["dqn network comes with 31 different golden pairs", "32 are needed"]);
+    let cut_one = |golden: &mut serde_json::Value| {
+        golden["td3"][7]["answer"].as_array_mut().expect("numbers").pop();
+    };
+    with(cut_one, false, &["golden pair 7 of the td3 network", "export the model again"]);
+    with(|_| (), true, &["no dqn network, but 32 golden pairs"]);
+    with(|golden| golden["dqn"] = serde_json::json!([]), true, &[]);
+}
+
+#[test]
+fn a_report_that_cannot_be_written_is_known_before_driving() {
+    let stage = Stage::new();
+    for path in [stage.path(""), stage.model().join("td3.onnx").join("report.json")] {
+        let path = path.to_str().expect("a plain path");
+        run("runtime", &stage, &["run", "--idle-exit", "60", "--report", path]).refused(&["--report", path]);
+    }
+}
+
+#[test]
+fn nobody_reads_what_is_printed() {
+    let stage = Stage::new();
+    let (driven, simulated) = (stage.path("runtime.json"), stage.path("simulator.json"));
+    let path = |path: &std::path::Path| path.to_str().expect("a plain path").to_owned();
+    let mut simulator = Running::start(
+        "simulator",
+        &stage,
+        &["--episodes", "2", "--pace", "lockstep", "--report", &path(&simulated)],
+    );
+    simulator.close_stdout();
+    let mut runtime =
+        Running::start("runtime", &stage, &["run", "--pace", "scan", "--report", &path(&driven)]);
+    runtime.close_stdout();
+    runtime.end().succeeded();
+    simulator.end().succeeded();
+    assert!(read_json(&driven)["ticks"].as_u64() > Some(0));
+    assert_eq!(read_json(&simulated)["ended"], "complete");
+}
+
+#[test]
+fn a_pace_that_would_never_stop_the_robot() {
+    let stage = Stage::new();
+    run("runtime", &stage, &["run", "--pace", "scan", "--idle-exit", "0"])
+        .refused(&["--idle-exit 0 cannot go with --pace scan"]);
+}
+
+#[test]
 fn no_simulator() {
     let stage = Stage::new();
     run("runtime", &stage, &["run", "--idle-exit", "0.5"])

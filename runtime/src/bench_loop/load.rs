@@ -1,7 +1,8 @@
 //! Programs that keep every core busy.
 
+use super::child::Bound;
 use std::io;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The hidden subcommand that a hog runs.
@@ -9,34 +10,25 @@ pub const SUBCOMMAND: &str = "loop-hog";
 
 /// Running hogs; they end when dropped, or by themselves soon after the phase.
 #[derive(Debug)]
-pub struct Hogs(Vec<Child>);
+pub struct Hogs {
+    _running: Vec<Bound>,
+}
 
 impl Hogs {
-    /// One hog a core, for a phase of this length.
+    /// So many hogs, for a phase of this length.
     ///
     /// # Errors
     /// This program cannot be started again.
-    pub fn start(cores: usize, phase: Duration) -> io::Result<Self> {
+    pub fn start(count: usize, phase: Duration) -> io::Result<Self> {
         let program = std::env::current_exe()?;
-        let mut hogs = Self(Vec::new());
         // Long enough for loading the model and for the phase, short enough never to be found tomorrow.
         let seconds = phase.as_secs() + 30;
-        for _ in 0..cores {
+        let start = |_| {
             let mut command = Command::new(&program);
             command.arg(SUBCOMMAND).arg(seconds.to_string()).stdin(Stdio::null());
-            hogs.0.push(command.spawn()?);
-        }
-        Ok(hogs)
-    }
-}
-
-impl Drop for Hogs {
-    fn drop(&mut self) {
-        for hog in &mut self.0 {
-            // It may have ended by itself.
-            let _ = hog.kill();
-            let _ = hog.wait();
-        }
+            Bound::spawn(&mut command)
+        };
+        Ok(Self { _running: (0..count).map(start).collect::<io::Result<_>>()? })
     }
 }
 

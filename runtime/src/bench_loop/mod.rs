@@ -4,20 +4,23 @@
 //! scans at a fixed rate, idle and with every core loaded, with ordinary and with real-time priority. Not
 //! measured: lidar drivers and motor controllers. Figures belong to the machine that is named beside them.
 
+mod child;
 pub mod limit;
 pub mod load;
 pub mod peer;
+mod words;
 
 use crate::model::{Model, ModelError};
 use crate::run::drive::drive;
 use crate::run::histogram::Percentiles;
 use crate::run::live::Live;
-use crate::run::plan::{DriveError, DrivePlan, Pace};
+use crate::run::plan::{DriveError, DrivePlan, End, Pace};
 use crate::run::ports::Ports;
 use crate::run::realtime::RealTime;
 use crate::run::record::Record;
-use crate::run::report::{row, write_json};
+use crate::run::report::write_json;
 use crate::run::stop::Stop;
+use crate::terminal::say;
 use limit::Limit;
 use load::Hogs;
 use nav_core::controller::ShapeError;
@@ -26,6 +29,7 @@ use peer::Peer;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use words::{print_phase, print_ratios};
 
 /// Priority of the loop where it is granted.
 const PRIORITY: u8 = 50;
@@ -70,6 +74,9 @@ pub enum LoopBenchError {
         /// Why.
         source: std::io::Error,
     },
+    /// Asked by a signal.
+    #[error("the measurement was interrupted")]
+    Stopped,
     /// The peer's answer.
     #[error("the measuring peer answered nonsense ({0}): run the bench again")]
     Peer(String),
@@ -101,10 +108,14 @@ pub struct LoopBench {
 /// One phase.
 #[derive(Clone, Debug, Serialize)]
 pub struct Phase {
-    /// Whether every core was kept busy.
+    /// Whether cores were kept busy.
     pub loaded: bool,
+    /// By how many processes.
+    pub hogs: usize,
     /// Whether real-time priority was asked for.
     pub realtime: bool,
+    /// Whether it was granted.
+    pub realtime_granted: bool,
     /// What was granted, in words.
     pub granted: Vec<String>,
     /// Ticks.
@@ -115,8 +126,12 @@ pub struct Phase {
     pub allocations: u64,
     /// From the scan's stamp to the published command.
     pub scan_to_command: Percentiles,
-    /// From the scan's stamp to the command in the peer's hands.
+    /// Scans that another one replaced before the loop read them.
+    pub scans_unanswered: u64,
+    /// From the scan's stamp to the command in the peer's hands, however late.
     pub round_trip: Percentiles,
+    /// Scans between the first and the last answer that the peer saw no answer to.
+    pub round_trips_missing: u64,
     /// From wake-up to the published command.
     pub tick: Percentiles,
     /// The controller alone.
@@ -133,13 +148,14 @@ pub struct Phase {
 /// [`LoopBenchError`].
 pub fn measure(plan: &LoopBenchPlan) -> Result<LoopBench, LoopBenchError> {
     let load_average = load_average();
+    let stop = Stop::install().map_err(system("signals cannot be taken over"))?;
     let limit = Limit::enter(plan.cores).map_err(system("the cores cannot be limited"))?;
-    println!("{}", machine());
-    println!("limit: {}", limit.words());
+    say(machine());
+    say(format_args!("limit: {}", limit.words()));
     if load_average > 0.3 {
-        println!("load average before: {load_average:.2}; other programs disturb this measurement");
+        say(format_args!("load average before: {load_average:.2}; other programs disturb this measurement"));
     }
-    println!("{:.0} scans a second, {:.1} s a phase; us", plan.rate_hz, plan.phase.as_secs_f64());
+    say(format_args!("{:.0} scans a second, {:.1} s a phase; us", plan.rate_hz, plan.phase.as_secs_f64()));
     let folder = Scratch::new()?;
     let mut phases = Vec::new();
     for (loaded, realtime) in [(false, false), (true, false), (false, true), (true, true)] {
@@ -148,7 +164,7 @@ pub fn measure(plan: &LoopBenchPlan) -> Result<LoopBench, LoopBenchError> {
         } else {
             None
         };
-        let phase = measure_phase(plan, &folder.0, loaded, realtime)?;
+        let phase = measure_phase(plan, &folder.0, (loaded, realtime), &stop)?;
         drop(hogs);
         print_phase(&phase);
         phases.push(phase);
@@ -172,19 +188,19 @@ pub fn measure(plan: &LoopBenchPlan) -> Result<LoopBench, LoopBenchError> {
 fn measure_phase(
     plan: &LoopBenchPlan,
     folder: &Path,
-    loaded: bool,
-    realtime: bool,
+    kind: (bool, bool),
+    stop: &Stop,
 ) -> Result<Phase, LoopBenchError> {
-    let phase =
-        std::thread::scope(|scope| scope.spawn(|| measure_here(plan, folder, loaded, realtime)).join());
+    let phase = std::thread::scope(|scope| scope.spawn(|| measure_here(plan, folder, kind, stop)).join());
     phase.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
+/// `kind`: whether cores are kept busy, and whether to ask for real-time priority.
 fn measure_here(
     plan: &LoopBenchPlan,
     folder: &Path,
-    loaded: bool,
-    realtime: bool,
+    (loaded, realtime): (bool, bool),
+    stop: &Stop,
 ) -> Result<Phase, LoopBenchError> {
     let mut controller = Model::read(&plan.model)?.into_controller()?;
     let config = IpcConfig::in_folder(folder)?;
@@ -201,62 +217,29 @@ fn measure_here(
         period_ns: Some(period_ns),
     };
     let mut record = Record::new(period_ns);
-    drive(&mut controller, &mut ports, &drive_plan, &Stop::default(), &Live::default(), &mut record)?;
-    let round_trip = peer.finish()?;
+    let end = drive(&mut controller, &mut ports, &drive_plan, stop, &Live::default(), &mut record)?;
+    if end != End::Duration {
+        return Err(LoopBenchError::Stopped);
+    }
+    let answers = peer.finish()?;
     Ok(Phase {
         loaded,
+        hogs: if loaded { plan.cores } else { 0 },
         realtime,
-        granted,
+        realtime_granted: granted.has_priority,
+        granted: granted.words,
         ticks: record.ticks,
         overruns: record.overruns,
         allocations: record.heap.allocations,
         scan_to_command: record.scan_to_command.percentiles(),
-        round_trip,
+        scans_unanswered: record.scans_unanswered,
+        round_trip: answers.round_trip,
+        round_trips_missing: answers.unanswered,
         tick: record.tick.percentiles(),
         controller: record.controller.percentiles(),
         wake_late: record.wake_late.percentiles(),
         jitter: record.jitter.percentiles(),
     })
-}
-
-fn print_phase(phase: &Phase) {
-    let load = if phase.loaded { "every core loaded" } else { "idle" };
-    let priority = if phase.realtime { "real-time priority" } else { "ordinary priority" };
-    println!(
-        "\n{load}, {priority}: {} ticks, {} overruns, {} allocations",
-        phase.ticks, phase.overruns, phase.allocations
-    );
-    for word in &phase.granted {
-        println!("  {word}");
-    }
-    println!("{:<34} {:>9} {:>9} {:>9} {:>9}", "us", "p50", "p99", "p99.9", "max");
-    let rows = [
-        ("scan to command", &phase.scan_to_command),
-        ("scan to command at the peer", &phase.round_trip),
-        ("wake-up to command", &phase.tick),
-        ("controller and networks", &phase.controller),
-        ("wake-up late at a deadline", &phase.wake_late),
-        ("period to period", &phase.jitter),
-    ];
-    for (name, percentiles) in rows.into_iter().filter(|(_, p)| p.count > 0) {
-        println!("{}", row(name, percentiles));
-    }
-}
-
-/// What a machine's figures still say on another machine.
-fn print_ratios(phases: &[Phase]) {
-    let find = |loaded, realtime| phases.iter().find(|p| p.loaded == loaded && p.realtime == realtime);
-    for (realtime, name) in [(false, "ordinary"), (true, "real-time")] {
-        if let (Some(idle), Some(loaded)) = (find(false, realtime), find(true, realtime)) {
-            let ratio = |of: fn(&Phase) -> u64| of(loaded) as f64 / of(idle).max(1) as f64;
-            println!(
-                "\n{name} priority, loaded over idle: scan to command p50 {:.1}x, p99 {:.1}x; jitter p99 {:.1}x",
-                ratio(|p| p.scan_to_command.p50_ns),
-                ratio(|p| p.scan_to_command.p99_ns),
-                ratio(|p| p.jitter.p99_ns)
-            );
-        }
-    }
 }
 
 /// A folder of shared files that goes away.

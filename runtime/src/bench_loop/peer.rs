@@ -1,5 +1,6 @@
 //! The other process: publishes scans at a fixed rate and clocks the answers.
 
+use super::child::Bound;
 use super::{LoopBenchError, LoopBenchPlan, ROBOT, system};
 use crate::run::histogram::{Histogram, Percentiles};
 use crate::run::realtime::RealTime;
@@ -8,7 +9,7 @@ use nav_core::task::Lidar;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 /// The hidden subcommand that the peer runs.
@@ -33,7 +34,7 @@ pub struct PeerPlan {
 
 /// A running peer.
 #[derive(Debug)]
-pub struct Peer(Child);
+pub struct Peer(Bound);
 
 impl Peer {
     /// Starts this program again as a peer for one phase.
@@ -48,19 +49,67 @@ impl Peer {
             command.arg("--realtime");
         }
         command.stdin(Stdio::null()).stdout(Stdio::piped());
-        command.spawn().map(Self).map_err(system("the measuring peer cannot start"))
+        Bound::spawn(&mut command).map(Self).map_err(system("the measuring peer cannot start"))
     }
 
     /// Waits for the peer's figures.
-    pub(super) fn finish(self) -> Result<Percentiles, LoopBenchError> {
-        let output = self.0.wait_with_output().map_err(system("the measuring peer was lost"))?;
+    pub(super) fn finish(self) -> Result<Answers, LoopBenchError> {
+        let output = self.0.finish().map_err(system("the measuring peer was lost"))?;
         let text = String::from_utf8_lossy(&output.stdout);
         serde_json::from_str(&text).map_err(|error| LoopBenchError::Peer(format!("{error}: {text}")))
     }
 }
 
+/// What the peer saw of the answers.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Answers {
+    /// From the scan's stamp to the command in the peer's hands, of every scan that was answered, however late.
+    pub round_trip: Percentiles,
+    /// Scans between the first and the last answered one that were never answered.
+    pub unanswered: u64,
+}
+
 /// Scans whose answers are waited for.
 const REMEMBERED: usize = 256;
+
+/// Send times of the newest scans, and what became of them.
+#[derive(Debug)]
+struct Book {
+    sent_ns: [u64; REMEMBERED],
+    round_trip: Histogram,
+    answered: u64,
+    first_seq: Option<u64>,
+    last_seq: u64,
+}
+
+impl Book {
+    fn new() -> Self {
+        let round_trip = Histogram::default();
+        Self { sent_ns: [0; REMEMBERED], round_trip, answered: 0, first_seq: None, last_seq: 0 }
+    }
+
+    fn sent(&mut self, seq: u64, stamp_ns: u64) {
+        self.sent_ns[seq as usize % REMEMBERED] = stamp_ns;
+    }
+
+    /// A command that answers `scan_seq` is here; each scan counts once. `newest_seq` was sent last.
+    fn answer(&mut self, scan_seq: u64, newest_seq: u64, now_ns: u64) {
+        if scan_seq <= self.last_seq || scan_seq > newest_seq {
+            return;
+        }
+        self.first_seq.get_or_insert(scan_seq);
+        (self.last_seq, self.answered) = (scan_seq, self.answered + 1);
+        if newest_seq - scan_seq < REMEMBERED as u64 {
+            self.round_trip.record(now_ns.saturating_sub(self.sent_ns[scan_seq as usize % REMEMBERED]));
+        }
+    }
+
+    fn finish(&self) -> Answers {
+        let span = self.first_seq.map_or(0, |first_seq| self.last_seq + 1 - first_seq);
+        Answers { round_trip: self.round_trip.percentiles(), unanswered: span - self.answered }
+    }
+}
+
 /// Before a scan is due, the peer stops listening for so long, ns.
 const EARLY_NS: u64 = 300_000;
 
@@ -72,11 +121,11 @@ pub enum PeerError {
     Ipc(#[from] IpcError),
 }
 
-/// What the peer does; returns scan to command in its own hands, ns, of every scan that was answered.
+/// What the peer does; returns what it saw.
 ///
 /// # Errors
 /// The topics fail.
-pub fn publish(plan: &PeerPlan, lidar: &Lidar) -> Result<Percentiles, PeerError> {
+pub fn publish(plan: &PeerPlan, lidar: &Lidar) -> Result<Answers, PeerError> {
     let node = RobotNode::open(&RobotName::new(ROBOT)?, &IpcConfig::in_folder(&plan.ipc_root)?)?;
     let (scan_out, odom_out, goal_out) =
         (node.writer::<LaserScan>()?, node.writer::<Odometry>()?, node.writer::<Goal>()?);
@@ -85,8 +134,7 @@ pub fn publish(plan: &PeerPlan, lidar: &Lidar) -> Result<Percentiles, PeerError>
     let _granted = RealTime { priority: plan.realtime.then_some(PRIORITY), core: None }.enter();
     let mut scan = open_room(lidar);
     let mut command = CmdVel::default();
-    let mut sent_ns = [0_u64; REMEMBERED];
-    let mut round_trip = Histogram::default();
+    let mut book = Book::new();
     let period_ns = (1e9 / plan.rate_hz) as u64;
     let started_ns = monotonic_ns();
     let ends_ns = started_ns + (plan.seconds * 1e9) as u64;
@@ -104,18 +152,16 @@ pub fn publish(plan: &PeerPlan, lidar: &Lidar) -> Result<Percentiles, PeerError>
         // A new goal every five seconds keeps the high level deciding.
         let id = ((stamp_ns - started_ns) / 5_000_000_000) as u32 + 1;
         goal_out.write(&Goal { header, x_m: 4.0, y_m: 1.0, radius_m: 0.3, id })?;
+        book.sent(seq, stamp_ns);
         scan_out.write(&scan)?;
-        sent_ns[seq as usize % REMEMBERED] = stamp_ns;
         // An answer counts however late it comes; the wait only ends in time for the next scan.
         while wakeup.wait_until((deadline_ns + period_ns).saturating_sub(EARLY_NS))? {
-            let answered = command.scan_seq;
-            let is_new = command_in.read_latest(&mut command)? && command.scan_seq != answered;
-            if is_new && seq.saturating_sub(command.scan_seq) < REMEMBERED as u64 {
-                round_trip.record(monotonic_ns() - sent_ns[command.scan_seq as usize % REMEMBERED]);
+            if command_in.read_latest(&mut command)? {
+                book.answer(command.scan_seq, seq, monotonic_ns());
             }
         }
     }
-    Ok(round_trip.percentiles())
+    Ok(book.finish())
 }
 
 /// A scan of a room with something to steer round.
@@ -132,4 +178,25 @@ fn open_room(lidar: &Lidar) -> Box<LaserScan> {
         *range_m = 1.5 + (beam % 7) as f32 * 0.3;
     }
     scan
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn late_answers_count_and_missing_ones_are_counted() {
+        let mut book = Book::new();
+        for seq in 1..=8 {
+            book.sent(seq, 100 * seq);
+        }
+        // The first scan came before the loop was ready, the last after it had ended: neither is missing.
+        for (scan_seq, now_ns) in [(2, 210), (2, 290), (3, 750), (6, 770), (7, 780)] {
+            book.answer(scan_seq, 8, now_ns);
+        }
+        let answers = book.finish();
+        assert_eq!(answers.unanswered, 2, "four and five");
+        assert_eq!((answers.round_trip.count, answers.round_trip.max_ns), (4, 450));
+        assert_eq!(Book::new().finish().unanswered, 0);
+    }
 }

@@ -1,12 +1,12 @@
 //! Checks of one weight tensor.
 
 use super::LoadError;
-use super::preflight::MAX_RANK;
+use super::preflight::{MAX_MODEL_BYTES, MAX_RANK};
 use tract_onnx::pb;
 use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
 
-/// The most elements of one tensor (64 MiB of floats).
-const MAX_ELEMENTS: usize = 16 << 20;
+/// The most elements of one tensor: no more floats fit into a model.
+const MAX_ELEMENTS: usize = MAX_MODEL_BYTES / 4;
 /// The largest magnitude of a weight. Trained weights stay below ten, inverse deviations below a million.
 const MAX_MAGNITUDE: f32 = 1e6;
 

@@ -5,10 +5,10 @@ use super::live::Live;
 use super::plan::{DriveError, DrivePlan, End, Pace, Tick};
 use super::ports::Ports;
 use super::record::Record;
+use super::rest::Rest;
 use super::stop::Stop;
 use crate::alloc::{self, Counts};
-use nav_core::guard::AGE_LIMIT_NS;
-use nav_core::messages::{CmdVel, Header, Status};
+use nav_core::messages::{Header, Status};
 use nav_ipc::clock::monotonic_ns;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;
@@ -28,8 +28,7 @@ struct Loop<'a, T> {
     record: &'a mut Record,
     period_ns: u64,
     step_max_m: f32,
-    last_command: CmdVel,
-    sent_ns: u64,
+    rest: Rest,
     status_seq: u64,
     heard_ns: u64,
     ends_ns: u64,
@@ -52,8 +51,9 @@ pub fn drive<T: Tick>(
     record: &mut Record,
 ) -> Result<End, DriveError> {
     let task = *ticker.task();
+    let period_ns = plan.period_ns.unwrap_or(task.control_period_ns());
     let mut running = Loop {
-        period_ns: plan.period_ns.unwrap_or(task.control_period_ns()),
+        period_ns,
         step_max_m: task.robot.linear_max_mps * task.control_period_s,
         ticker,
         ports,
@@ -61,8 +61,7 @@ pub fn drive<T: Tick>(
         stop,
         live,
         record,
-        last_command: CmdVel::default(),
-        sent_ns: 0,
+        rest: Rest::new(&task, period_ns),
         status_seq: 0,
         heard_ns: monotonic_ns(),
         ends_ns: u64::MAX,
@@ -77,8 +76,11 @@ pub fn drive<T: Tick>(
     };
     let peer_left = matches!(result, Ok(End::PeerLeft));
     running.record.close(monotonic_ns(), peer_left, running.step_max_m);
-    running.bring_to_rest(peer_left)?;
-    result
+    // A simulator in lock-step is gone when it left; a robot may still roll by the last command.
+    let at_rest = running.bring_to_rest(peer_left && plan.pace == Pace::Scan);
+    let end = result?;
+    at_rest?;
+    Ok(end)
 }
 
 impl<T: Tick> Loop<'_, T> {
@@ -104,7 +106,7 @@ impl<T: Tick> Loop<'_, T> {
         while !self.ports.read()? {
             let waited_ns = monotonic_ns() - started_ns;
             if let Some(reason) = self.stop.reason() {
-                return Ok(Some(End::Stopped(reason)));
+                return Ok(Some(End::StoppedWaiting(reason)));
             }
             if self.plan.idle_exit.is_some_and(|limit| waited_ns > as_ns(limit)) {
                 return Err(DriveError::NoScan { seconds: waited_ns as f64 / 1e9 });
@@ -128,6 +130,7 @@ impl<T: Tick> Loop<'_, T> {
             }
             if is_new {
                 self.counted_tick(woken_ns, true)?;
+                self.live.store_trouble(self.record.overruns, self.record.heap.allocations);
             }
         }
     }
@@ -210,7 +213,7 @@ impl<T: Tick> Loop<'_, T> {
         let decided_ns = monotonic_ns();
         self.ports.command(&command)?;
         let sent_ns = monotonic_ns();
-        (self.last_command, self.sent_ns) = (command, sent_ns);
+        self.rest.note(&command, sent_ns);
         let tick_ns = sent_ns.saturating_sub(woken_ns);
         self.status_seq += 1;
         self.ports.status(&Status {
@@ -230,7 +233,7 @@ impl<T: Tick> Loop<'_, T> {
         self.record.tick.record(tick_ns);
         self.record.controller.record(decided_ns - began_ns);
         if self.plan.pace == Pace::Clock && is_new {
-            self.record.scan_to_command.record(sent_ns.saturating_sub(inputs.scan.header.stamp_ns));
+            self.record.note_answer(&inputs.scan.header, sent_ns);
         }
         self.record.note(&inputs, &status, self.step_max_m);
         self.live.store(&status, &command, tick_ns);
@@ -256,37 +259,20 @@ impl<T: Tick> Loop<'_, T> {
         }
     }
 
-    /// Ramps the last command to zero within the acceleration limits; at once when nobody drives by it any more
-    /// (`at_once`), or it is too old for anybody to.
+    /// Commands the robot to a stand: by a ramp, or at once when nobody drives by commands any more.
     fn bring_to_rest(&mut self, at_once: bool) -> Result<(), DriveError> {
-        let task = *self.ticker.task();
-        let mut command = self.last_command;
-        if !command.header.is_received() {
-            return Ok(());
-        }
-        // After a silence the driver has stopped the robot, and a ramp would set it in motion again.
-        let silent_ns = monotonic_ns().saturating_sub(self.sent_ns);
-        let at_once = at_once || silent_ns > (self.period_ns * 5 / 2).min(AGE_LIMIT_NS);
-        loop {
-            let change =
-                |acceleration: f32| if at_once { f32::MAX } else { acceleration * task.control_period_s };
-            command.linear_mps =
-                towards_zero(command.linear_mps, change(task.robot.linear_acceleration_mps2));
-            command.angular_radps =
-                towards_zero(command.angular_radps, change(task.robot.angular_acceleration_radps2));
-            command.header.seq += 1;
-            command.header.stamp_ns += self.period_ns;
+        while self.rest.has_begun() {
+            let now_ns = monotonic_ns();
+            let command = self.rest.next(now_ns, at_once);
             self.ports.command(&command)?;
-            if command.linear_mps == 0.0 && command.angular_radps == 0.0 {
-                return Ok(());
+            self.rest.note(&command, now_ns);
+            if self.rest.is_reached() {
+                break;
             }
             std::thread::sleep(Duration::from_nanos(self.period_ns));
         }
+        Ok(())
     }
-}
-
-fn towards_zero(value: f32, change: f32) -> f32 {
-    if value.is_finite() { value - value.clamp(-change, change) } else { 0.0 }
 }
 
 fn add(sum: &mut Counts, counts: Counts) {

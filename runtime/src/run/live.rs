@@ -2,7 +2,6 @@
 
 use nav_core::controller::TickStatus;
 use nav_core::messages::{CmdVel, RunState, fault};
-use std::io::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 use std::thread::JoinHandle;
@@ -111,9 +110,7 @@ impl Printer {
                 let passed = last.elapsed();
                 if passed >= Duration::from_secs(1) {
                     last = Instant::now();
-                    // A closed terminal must not end this thread with a panic.
-                    let line = live.line(started.elapsed(), &mut last_ticks, passed);
-                    let _ = writeln!(std::io::stdout(), "{line}");
+                    crate::terminal::say(live.line(started.elapsed(), &mut last_ticks, passed));
                 }
             }
         });

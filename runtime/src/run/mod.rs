@@ -2,6 +2,7 @@
 //!
 //! | part | what it does |
 //! |---|---|
+//! | [`rest`] | from the last command to zero |
 //! | [`ports`] | the runtime's side of the topics |
 //! | [`grid`] | absolute deadlines, in phase with the scans |
 //! | [`plan`] | the loop's words: pace, ends, errors |
@@ -20,9 +21,11 @@ pub mod ports;
 pub mod realtime;
 pub mod record;
 pub mod report;
+pub mod rest;
 pub mod stop;
 
 use crate::model::{Model, ModelError};
+use crate::terminal::say;
 use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
@@ -32,7 +35,6 @@ use ports::Ports;
 use realtime::RealTime;
 use record::Record;
 use report::Report;
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use stop::Stop;
@@ -87,22 +89,22 @@ pub enum RunError {
 /// Loads, opens, drives and reports. Prints what a person at the terminal wants to know.
 ///
 /// # Errors
-/// Anything that keeps the robot from being driven; the last command is zero then too.
+/// Anything that keeps the robot from being driven. The last command is zero then too, if shared memory still carries it.
 pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     let model = Model::read(&plan.model)?;
     if let Some(path) = &plan.report {
         // Known now and not after the drive.
         report::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
     }
-    say(&crate::check::headline(&model));
+    say(crate::check::headline(&model));
     let mut controller = model.into_controller()?;
     let mut ports = Ports::open(&plan.robot, &plan.ipc)?;
-    say(&format!("topics of robot `{}` are open, waiting for scans", plan.robot));
+    say(format_args!("topics of robot `{}` are open, waiting for scans", plan.robot));
     let stop = Stop::install().map_err(RunError::Signals)?;
     let live = Arc::new(Live::default());
     let printer = plan.show_live.then(|| live::Printer::start(live.clone()));
-    for word in plan.realtime.enter() {
-        say(&word);
+    for word in plan.realtime.enter().words {
+        say(word);
     }
     let mut record = Record::new(controller.task().control_period_ns());
     let result = drive(&mut controller, &mut ports, &plan.drive, &stop, &live, &mut record);
@@ -115,14 +117,9 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     let written = plan.report.as_ref().map_or(Ok(()), |path| {
         report.write(path).map_err(|source| RunError::Report { path: path.clone(), source })
     });
-    say(&report.to_string());
+    say(&report);
     // Why the drive ended matters more than a report that could not be written.
     let end = result?;
     written?;
     Ok(end)
-}
-
-/// Tells a person who may have closed the terminal; the drive goes on without them.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
 }

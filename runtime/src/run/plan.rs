@@ -22,7 +22,7 @@ pub enum Pace {
 pub struct DrivePlan {
     /// When to tick.
     pub pace: Pace,
-    /// End after this long.
+    /// End this long after the first scan.
     pub duration: Option<Duration>,
     /// End with an error when no scan came for this long.
     pub idle_exit: Option<Duration>,
@@ -41,8 +41,10 @@ pub enum End {
     Duration,
     /// Whoever wrote the scans has left.
     PeerLeft,
-    /// Asked by a signal; the robot was ramped to a stop.
+    /// Asked by a signal while driving; the robot was commanded to a stop.
     Stopped(StopReason),
+    /// Asked by a signal before the first scan; nothing was commanded.
+    StoppedWaiting(StopReason),
 }
 
 impl std::fmt::Display for End {
@@ -50,8 +52,10 @@ impl std::fmt::Display for End {
         f.write_str(match self {
             Self::Duration => "the asked duration is over",
             Self::PeerLeft => "whoever published the scans has left",
-            Self::Stopped(StopReason::Interrupt) => "interrupted; the robot was ramped to a stop",
-            Self::Stopped(StopReason::Terminate) => "asked to terminate; the robot was ramped to a stop",
+            Self::Stopped(StopReason::Interrupt) => "interrupted; the robot was commanded to a stop",
+            Self::Stopped(StopReason::Terminate) => "asked to terminate; the robot was commanded to a stop",
+            Self::StoppedWaiting(StopReason::Interrupt) => "interrupted before the first scan",
+            Self::StoppedWaiting(StopReason::Terminate) => "asked to terminate before the first scan",
         })
     }
 }

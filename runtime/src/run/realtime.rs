@@ -11,10 +11,20 @@ pub struct RealTime {
     pub core: Option<usize>,
 }
 
+/// What was granted.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Granted {
+    /// What was and was not granted, in plain words.
+    pub words: Vec<String>,
+    /// Whether the thread has real-time priority.
+    pub has_priority: bool,
+}
+
 impl RealTime {
-    /// Takes the measures for the calling thread; says in plain words what was and was not granted.
-    pub fn enter(&self) -> Vec<String> {
+    /// Takes the measures for the calling thread.
+    pub fn enter(&self) -> Granted {
         let mut words = Vec::new();
+        let mut has_priority = false;
         if let Some(core) = self.core {
             words.push(match pin(core) {
                 Ok(()) => format!("the loop runs on core {core} only"),
@@ -30,14 +40,16 @@ impl RealTime {
                     "memory is not locked ({error}): a page fault may delay a tick; raise LimitMEMLOCK (ulimit -l)"
                 ),
             });
-            words.push(match take_fifo(priority) {
+            let taken = take_fifo(priority);
+            has_priority = taken.is_ok();
+            words.push(match taken {
                 Ok(()) => format!("the loop has real-time priority {priority} (SCHED_FIFO)"),
                 Err(error) => format!(
                     "the loop has ordinary priority ({error}): other programs may delay a tick; raise LimitRTPRIO (ulimit -r)"
                 ),
             });
         }
-        words
+        Granted { words, has_priority }
     }
 }
 
@@ -112,7 +124,8 @@ mod tests {
             let cores = allowed_cores().expect("readable");
             pin(cores[0]).expect("an allowed core");
             assert_eq!(allowed_cores().expect("readable"), cores[..1]);
-            let words = RealTime { priority: None, core: Some(100_000) }.enter();
+            let Granted { words, has_priority } = RealTime { priority: None, core: Some(100_000) }.enter();
+            assert!(!has_priority);
             assert!(words[0].contains("is not bound"), "{words:?}");
         })
         .join()

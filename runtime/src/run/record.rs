@@ -3,7 +3,7 @@
 use super::histogram::Histogram;
 use crate::alloc::Counts;
 use nav_core::controller::{Inputs, TickStatus};
-use nav_core::messages::{Odometry, RunState, fault};
+use nav_core::messages::{Header, Odometry, RunState, fault};
 
 /// Number of states and fault bits that are counted.
 const STATES: usize = 4;
@@ -26,6 +26,8 @@ pub struct Record {
     pub controller: Histogram,
     /// From the scan's stamp to the published command, ns; of new scans, in clock pace only.
     pub scan_to_command: Histogram,
+    /// Scans that another one replaced before they were read: gaps in their sequence, in clock pace only.
+    pub scans_unanswered: u64,
     /// How late the loop woke up when no scan started the tick, ns.
     pub wake_late: Histogram,
     /// Difference between one period and the next, ns; clock pace only.
@@ -56,6 +58,7 @@ pub struct Record {
     goal_done: bool,
     last_goal_gap_m: f32,
     last_odom: Odometry,
+    last_scan_seq: Option<u64>,
     last_tick_ns: Option<u64>,
     last_interval_ns: Option<u64>,
 }
@@ -71,6 +74,7 @@ impl Record {
             tick: Histogram::default(),
             controller: Histogram::default(),
             scan_to_command: Histogram::default(),
+            scans_unanswered: 0,
             wake_late: Histogram::default(),
             jitter: Histogram::default(),
             states: [0; STATES],
@@ -88,6 +92,7 @@ impl Record {
             goal_done: false,
             last_goal_gap_m: f32::INFINITY,
             last_odom: Odometry::default(),
+            last_scan_seq: None,
             last_tick_ns: None,
             last_interval_ns: None,
         }
@@ -154,6 +159,14 @@ impl Record {
         self.last_tick_ns = Some(woken_ns);
     }
 
+    /// Counts a new scan that was answered at `sent_ns`, and those between it and the one before. A sequence that
+    /// begins anew leaves no gap.
+    pub fn note_answer(&mut self, scan: &Header, sent_ns: u64) {
+        self.scan_to_command.record(sent_ns.saturating_sub(scan.stamp_ns));
+        let last_seq = self.last_scan_seq.replace(scan.seq).unwrap_or(scan.seq);
+        self.scans_unanswered += scan.seq.saturating_sub(last_seq).saturating_sub(1);
+    }
+
     /// Counts periods that were skipped after a late tick.
     pub fn note_skipped(&mut self, skipped: u64) {
         self.overruns += u64::from(skipped > 0);
@@ -173,7 +186,7 @@ impl Record {
 mod tests {
     use super::*;
     use nav_core::geometry::Pose;
-    use nav_core::messages::{Goal, Header, LaserScan};
+    use nav_core::messages::{Goal, LaserScan};
 
     fn tick(record: &mut Record, seq: u64, x_m: f32, goal: (u32, f32), state: RunState) {
         tick_with(record, seq, x_m, goal, (state, 0));
@@ -212,6 +225,16 @@ mod tests {
         assert!((record.distance_m - 1.05).abs() < 1e-5, "{}", record.distance_m);
         assert_eq!((record.goals, record.goals_reached), (4, 3));
         assert_eq!(record.states[RunState::Reached as usize], 2);
+    }
+
+    #[test]
+    fn scans_between_two_answers_are_unanswered() {
+        let mut record = Record::new(100);
+        // Four and five were overwritten; then another publisher begins anew.
+        for seq in [2, 3, 6, 7, 1, 2] {
+            record.note_answer(&Header { stamp_ns: 10, seq }, 30);
+        }
+        assert_eq!((record.scan_to_command.percentiles().count, record.scans_unanswered), (6, 2));
     }
 
     #[test]

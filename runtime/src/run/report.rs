@@ -53,6 +53,8 @@ pub struct Report {
     pub controller: Percentiles,
     /// From the scan's stamp to the published command.
     pub scan_to_command: Percentiles,
+    /// Scans that another one replaced before they were read; clock pace only, as is `scan_to_command`.
+    pub scans_unanswered: u64,
     /// How late the loop woke up when no scan started the tick.
     pub wake_late: Percentiles,
     /// Difference between one period and the next.
@@ -113,6 +115,7 @@ impl Report {
             tick: record.tick.percentiles(),
             controller: record.controller.percentiles(),
             scan_to_command: record.scan_to_command.percentiles(),
+            scans_unanswered: record.scans_unanswered,
             wake_late: record.wake_late.percentiles(),
             jitter: record.jitter.percentiles(),
             states: States {
@@ -144,6 +147,9 @@ pub fn check_writable(path: &Path) -> std::io::Result<()> {
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder)?;
     }
+    if path.is_dir() {
+        return Err(std::io::ErrorKind::IsADirectory.into());
+    }
     let partial = path.with_extension("partial");
     std::fs::write(&partial, "")?;
     std::fs::remove_file(&partial)
@@ -168,8 +174,13 @@ impl std::fmt::Display for Report {
         writeln!(f, "ended: {}", self.ended)?;
         writeln!(
             f,
-            "{} ticks in {:.1} s, {} overruns ({} periods skipped), {} decisions",
-            self.ticks, self.duration_s, self.overruns, self.skipped_periods, self.decisions
+            "{} ticks in {:.1} s, {} overruns ({} periods skipped), {} scans unanswered, {} decisions",
+            self.ticks,
+            self.duration_s,
+            self.overruns,
+            self.skipped_periods,
+            self.scans_unanswered,
+            self.decisions
         )?;
         writeln!(f, "{} goals, {} reached, {:.1} m driven", self.goals, self.goals_reached, self.distance_m)?;
         let heap = if self.allocations_counted { "" } else { " (not counted: no counting allocator)" };

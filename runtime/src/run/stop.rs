@@ -18,13 +18,16 @@ pub enum StopReason {
 }
 
 impl Stop {
-    /// Takes over SIGINT, SIGTERM, and like it SIGHUP (the terminal is gone) and SIGQUIT.
+    /// Takes over SIGINT, SIGTERM, and like it SIGHUP (the terminal is gone; unless `nohup` ignores it) and SIGQUIT.
     ///
     /// # Errors
     /// The operating system refuses.
     pub fn install() -> std::io::Result<Self> {
         let stop = Self::default();
         for (signal, value) in [(SIGINT, 1), (SIGTERM, 2), (SIGHUP, 2), (SIGQUIT, 2)] {
+            if signal == SIGHUP && is_ignored(signal) {
+                continue;
+            }
             signal_hook::flag::register_usize(signal, stop.0.clone(), value)?;
         }
         Ok(stop)
@@ -43,4 +46,12 @@ impl Stop {
     pub fn request(&self) {
         self.0.store(2, Ordering::Relaxed);
     }
+}
+
+fn is_ignored(signal: libc::c_int) -> bool {
+    // SAFETY: a sigaction is plain bits.
+    let mut action: libc::sigaction = unsafe { std::mem::zeroed() };
+    // SAFETY: only asks, into a valid place.
+    let status = unsafe { libc::sigaction(signal, std::ptr::null(), &raw mut action) };
+    status == 0 && action.sa_sigaction == libc::SIG_IGN
 }

@@ -1,7 +1,8 @@
 //! Floor 1: the topics of a robot over iceoryx2 shared memory.
 //!
 //! A process opens a [`RobotNode`], takes the [`Writer`]s and [`Reader`]s it needs, and from then on passes
-//! messages of [`nav_core::messages`] without a system call and without a heap allocation:
+//! messages of [`nav_core::messages`] without copying through the kernel and without a heap allocation. System calls
+//! remain where somebody waits: a write wakes each [`Wakeup`] (`sendto`), and waiting is `ppoll`.
 //!
 //! ```
 //! use nav_core::messages::{Goal, Header};

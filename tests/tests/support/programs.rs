@@ -68,6 +68,15 @@ impl Running {
         Self { child, name: name.to_owned() }
     }
 
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Nobody reads any more what it prints.
+    pub fn close_stdout(&mut self) {
+        self.child.stdout = None;
+    }
+
     pub fn signal(&self, signal: i32) {
         let process = i32::try_from(self.child.id()).expect("a process id");
         // SAFETY: the process is our own child and was not waited for.
@@ -90,7 +99,9 @@ impl Running {
         };
         let mut ended = Ended { status, stdout: String::new(), stderr: String::new() };
         let read = |pipe: Option<&mut dyn Read>, text: &mut String| {
-            pipe.expect("a pipe").read_to_string(text).expect("text");
+            if let Some(pipe) = pipe {
+                pipe.read_to_string(text).expect("text");
+            }
         };
         read(self.child.stdout.as_mut().map(|pipe| pipe as _), &mut ended.stdout);
         read(self.child.stderr.as_mut().map(|pipe| pipe as _), &mut ended.stderr);

@@ -1,0 +1,136 @@
+//! How a loop ends, seen from the command topic: by a ramp while the robot drives by commands, and at once after a
+//! silence.
+
+mod support;
+
+use nav_core::controller::{Inputs, TickStatus};
+use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
+use nav_core::task::Task;
+use nav_ipc::clock::monotonic_ns;
+use nav_ipc::{IpcConfig, RobotName, RobotNode};
+use runtime::run::drive::drive;
+use runtime::run::live::Live;
+use runtime::run::plan::{DriveError, DrivePlan, End, Pace, Tick};
+use runtime::run::ports::Ports;
+use runtime::run::record::Record;
+use runtime::run::stop::Stop;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::sleep;
+use std::time::Duration;
+use support::Stage;
+
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// A controller that always commands the same speed.
+struct Stub {
+    task: Task,
+    ticks: u64,
+}
+
+impl Tick for Stub {
+    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
+        self.ticks += 1;
+        let header = Header { stamp_ns: now_ns, seq: self.ticks };
+        let scan_seq = inputs.scan.header.seq;
+        (CmdVel { header, scan_seq, linear_mps: 0.8, ..CmdVel::default() }, TickStatus::default())
+    }
+
+    fn task(&self) -> &Task {
+        &self.task
+    }
+}
+
+/// Publishes so many scans, a hundred a second, and leaves.
+fn publish(config: &IpcConfig, scans: u64) {
+    let node = RobotNode::open(&RobotName::new("robot").expect("a plain name"), config).expect("a node");
+    let scan_out = node.writer::<LaserScan>().expect("the scan writer");
+    let odom_out = node.writer::<Odometry>().expect("the odometry writer");
+    let goal_out = node.writer::<Goal>().expect("the goal writer");
+    let mut scan = Box::<LaserScan>::default();
+    for seq in 1..=scans {
+        let header = Header { stamp_ns: monotonic_ns(), seq };
+        odom_out.write(&Odometry { header, ..Odometry::default() }).expect("sent");
+        goal_out.write(&Goal { header, ..Goal::default() }).expect("sent");
+        scan.header = header;
+        scan_out.write(&scan).expect("sent");
+        sleep(PERIOD / 10);
+    }
+}
+
+/// Drives by the stub's commands, and returns how it ended and what was commanded.
+fn driven(plan: DrivePlan, scans: u64) -> (Result<End, DriveError>, Vec<CmdVel>) {
+    let stage = Stage::new();
+    let config = IpcConfig::in_folder(&stage.ipc_root()).expect("a short path");
+    let mut ports = Ports::open(&RobotName::new("robot").expect("a plain name"), &config).expect("ports");
+    let ended = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let listener = scope.spawn(|| {
+            let node = stage.node();
+            let command_in = node.reader::<CmdVel>().expect("a command reader");
+            let (mut commands, mut command) = (Vec::new(), CmdVel::default());
+            loop {
+                // Asked first, so that what was sent before the end is read after it.
+                let is_over = ended.load(Ordering::Relaxed);
+                while command_in.read_latest(&mut command).expect("received") {
+                    commands.push(command);
+                }
+                if is_over {
+                    return commands;
+                }
+                sleep(Duration::from_millis(1));
+            }
+        });
+        // The reader is there before the first command.
+        sleep(Duration::from_millis(200));
+        scope.spawn(|| publish(&config, scans));
+        let mut stub = Stub { task: Task::default(), ticks: 0 };
+        let (stop, live) = (Stop::default(), Live::default());
+        let mut record = Record::new(stub.task.control_period_ns());
+        let end = drive(&mut stub, &mut ports, &plan, &stop, &live, &mut record);
+        ended.store(true, Ordering::Relaxed);
+        (end, listener.join().expect("no panic"))
+    })
+}
+
+fn plan(pace: Pace) -> DrivePlan {
+    DrivePlan {
+        pace,
+        duration: None,
+        idle_exit: Some(Duration::from_secs(20)),
+        exit_with_peer: true,
+        assert_no_alloc: false,
+        period_ns: None,
+    }
+}
+
+fn speeds(commands: &[CmdVel]) -> Vec<f32> {
+    commands.iter().map(|command| command.linear_mps).collect()
+}
+
+#[test]
+fn a_peer_that_leaves_a_robot_is_followed_by_a_ramp() {
+    let (end, commands) = driven(plan(Pace::Clock), 60);
+    assert!(matches!(end, Ok(End::PeerLeft)), "{end:?}");
+    let speeds = speeds(&commands);
+    let steepest = speeds.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f32::max);
+    assert!(steepest < 0.41, "2 m/s² at 10 Hz, with slack for a busy machine: {speeds:?}");
+    assert!(speeds[speeds.len() - 1].abs() < 1e-9, "{speeds:?}");
+}
+
+#[test]
+fn scans_that_stop_are_followed_by_zero_and_not_by_a_ramp() {
+    let idle_exit = Some(Duration::from_millis(600));
+    let (end, commands) = driven(DrivePlan { exit_with_peer: false, idle_exit, ..plan(Pace::Scan) }, 20);
+    assert!(matches!(end, Err(DriveError::ScansStopped { .. })), "{end:?}");
+    let speeds = speeds(&commands);
+    assert!(speeds.iter().all(|speed| *speed > 0.7 || speed.abs() < 1e-9), "{speeds:?}");
+    assert!(speeds[speeds.len() - 1].abs() < 1e-9, "{speeds:?}");
+}
+
+#[test]
+fn an_idle_limit_below_the_period_does_not_end_a_run_with_scans() {
+    // Ten scans come in each period.
+    let (idle_exit, duration) = (Some(Duration::from_millis(95)), Some(Duration::from_secs(1)));
+    let (end, _) = driven(DrivePlan { idle_exit, duration, ..plan(Pace::Clock) }, 200);
+    assert!(matches!(end, Ok(End::Duration)), "{end:?}");
+}
