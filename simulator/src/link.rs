@@ -154,8 +154,8 @@ impl Link {
         let mut sent_ns = monotonic_ns();
         loop {
             self.wakeup.wait(GLANCE)?;
-            let now_ns = monotonic_ns();
-            if self.take_command(now_ns)? && self.command.scan_seq == self.seq {
+            let (is_accepted, now_ns) = self.take_command()?;
+            if is_accepted && self.command.scan_seq == self.seq {
                 if self.command.faults & fault::STALE_SCAN != 0 {
                     return Err(LinkError::WrongPace { robot: self.robot.clone() });
                 }
@@ -186,7 +186,7 @@ impl Link {
             let cut_off_ns = started_ns + self.period_ns / 2;
             while monotonic_ns() < cut_off_ns {
                 self.wakeup.wait_until(cut_off_ns)?;
-                self.take_command(monotonic_ns())?;
+                self.take_command()?;
                 if self.command.scan_seq == self.seq {
                     break;
                 }
@@ -227,28 +227,33 @@ impl Link {
         Ok(())
     }
 
-    /// Reads the newest command; true when it is new and meant for this episode.
-    fn take_command(&mut self, now_ns: u64) -> Result<bool, LinkError> {
-        if !self.command_in.read_latest(&mut self.command)? {
-            return Ok(false);
+    /// Reads the newest command: whether it is new and meant for this episode, and the time after reading.
+    fn take_command(&mut self) -> Result<(bool, u64), LinkError> {
+        let is_new = self.command_in.read_latest(&mut self.command)?;
+        // Read after the command, so that an honest stamp is never in the future.
+        let now_ns = monotonic_ns();
+        if !is_new {
+            return Ok((false, now_ns));
         }
         self.heard_ns = Some(now_ns);
         if self.pace == Pace::Realtime && !self.is_fresh(now_ns) {
-            return Ok(false);
+            return Ok((false, now_ns));
         }
         let is_accepted =
             self.command.scan_seq >= self.episode_seq && self.driver.accept(&self.command, now_ns);
         if is_accepted {
             self.accepted_stamp_ns = self.command.header.stamp_ns;
         }
-        Ok(is_accepted)
+        Ok((is_accepted, now_ns))
     }
 
-    /// Whether the command is newer than the last one and was not held up on its way: a frozen runtime that wakes
-    /// sends what it had decided long ago.
+    /// Whether the command is newer than the last one, was not held up on its way (a frozen runtime that wakes sends
+    /// what it had decided long ago) and is not from the future (after such a one, none would be newer).
     fn is_fresh(&self, now_ns: u64) -> bool {
         let stamp_ns = self.command.header.stamp_ns;
-        stamp_ns > self.accepted_stamp_ns && now_ns.saturating_sub(stamp_ns) <= self.driver.stale_after_ns()
+        let age_ns = now_ns.checked_sub(stamp_ns);
+        stamp_ns > self.accepted_stamp_ns
+            && age_ns.is_some_and(|age_ns| age_ns <= self.driver.stale_after_ns())
     }
 
     fn check_patience(&self, now_ns: u64) -> Result<(), LinkError> {

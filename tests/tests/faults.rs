@@ -2,8 +2,9 @@
 
 mod support;
 
-use nav_core::messages::{CmdVel, Goal, Odometry, RunState, Status, fault};
+use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, Status, fault};
 use nav_ipc::Reader;
+use nav_ipc::clock::monotonic_ns;
 use support::programs::{Running, run, wait_until};
 use support::{Stage, read_json};
 
@@ -165,7 +166,7 @@ fn a_terminated_runtime_ramps_down_and_exits_well() {
         // 2 m/s² at 10 Hz: never more than 0.2 m/s at once, so that the way down has several commands.
         let steepest = speeds.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f32::max);
         assert!(steepest < 0.41, "a ramp, not a jump: {speeds:?}");
-        assert!(ended.stdout.contains("ramped to a stop"), "{}", ended.stdout);
+        assert!(ended.stdout.contains("commanded to a stop"), "{}", ended.stdout);
     }
 }
 
@@ -237,4 +238,32 @@ fn a_terminated_runtime_does_not_set_a_robot_in_motion_that_its_driver_has_stopp
         last.linear_mps
     );
     runtime.end().succeeded();
+}
+
+#[test]
+fn commands_from_the_future_are_not_obeyed_and_do_not_shut_out_honest_ones() {
+    let stage = Stage::new();
+    let node = stage.node();
+    let odom = node.reader::<Odometry>().expect("an odometry reader");
+    let command = node.writer::<CmdVel>().expect("the command writer");
+    // The simulator waits for a runtime, which listens to these too.
+    let _scan = node.reader::<LaserScan>().expect("a scan reader");
+    let _goal = node.reader::<Goal>().expect("a goal reader");
+    let _simulator = simulator(&stage, &["--silence", "60"]);
+    let mut seq = 0;
+    let mut send = |ahead_ns: u64| {
+        let scan_seq = newest(&odom).header.seq;
+        seq += 1;
+        let header = Header { stamp_ns: monotonic_ns() + ahead_ns, seq };
+        let sent = CmdVel { header, scan_seq, linear_mps: 0.5, ..CmdVel::default() };
+        command.write(&sent).expect("sent");
+    };
+    for _ in 0..10 {
+        send(3_600_000_000_000);
+        assert!(newest(&odom).linear_mps.abs() < 1e-9, "an hour ahead");
+    }
+    wait_until("it drives by honest commands", || {
+        send(0);
+        newest(&odom).linear_mps > 0.1
+    });
 }
