@@ -7,14 +7,14 @@
 //! | networks | see [`crate::load`] |
 //! | golden pairs | the executor gives what the trainer's network gave, within [`GOLDEN_TOLERANCE`] |
 
+mod golden;
+
+pub use golden::{GOLDEN_TOLERANCE, Golden, GoldenError, GoldenPair};
+
 use nav_core::controller::{Controller, ShapeError};
-use nav_core::manifest::{FileEntry, GOLDEN_PAIRS_MIN, MANIFEST_FILE, Manifest, ManifestError};
-use nav_core::observation::{
-    CANDIDATE_FEATURES, HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION, expand_candidates,
-};
+use nav_core::manifest::{FileEntry, MANIFEST_FILE, Manifest, ManifestError};
+use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION};
 use nav_core::task::ACTION_COUNT;
-use serde::{Deserialize, Serialize};
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use crate::load::{
@@ -22,31 +22,8 @@ use crate::load::{
     load_network, read_file,
 };
 
-/// The largest difference between executor and golden pair, relative to the larger of one and the largest number of
-/// the golden answer.
-pub const GOLDEN_TOLERANCE: f32 = 1e-5;
 /// The largest manifest or golden file that is read, bytes.
 const MAX_JSON_BYTES: u64 = 8 << 20;
-
-/// An input and what the trainer's own network answered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GoldenPair {
-    /// A low-level observation, or a high-level one (not the candidate matrix made of it).
-    pub observation: Vec<f32>,
-    /// The network's answer.
-    pub answer: Vec<f32>,
-}
-
-/// The golden pairs of a model.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Golden {
-    /// Of the low level: observation to action.
-    pub td3: Vec<GoldenPair>,
-    /// Of the high level: observation to values; empty in a flat policy.
-    pub dqn: Vec<GoldenPair>,
-}
 
 /// Why a model folder cannot be driven with.
 #[derive(Debug, thiserror::Error)]
@@ -98,51 +75,9 @@ pub enum ModelError {
         /// Why.
         source: LoadError,
     },
-    /// A golden pair was not reproduced.
-    #[error(
-        "the {network} network does not reproduce its golden pair {index}: it is off by {difference:e} where \
-         {GOLDEN_TOLERANCE:e} is allowed; export the model again on a machine of this kind and report it"
-    )]
-    Golden {
-        /// Which network.
-        network: &'static str,
-        /// Which pair.
-        index: usize,
-        /// By how much.
-        difference: f32,
-    },
-    /// A golden pair has other lengths than the network.
-    #[error(
-        "golden pair {index} of the {network} network has {found:?} numbers where {expected:?} are needed (observation, \
-         answer); export the model again"
-    )]
-    GoldenShape {
-        /// Which network.
-        network: &'static str,
-        /// Which pair.
-        index: usize,
-        /// Its lengths.
-        found: [usize; 2],
-        /// The network's.
-        expected: [usize; 2],
-    },
-    /// There are golden pairs of a network that the model does not have.
-    #[error("the model has no dqn network, but {found} golden pairs of one; export the model again")]
-    GoldenOfNone {
-        /// How many there are.
-        found: usize,
-    },
-    /// There are fewer golden pairs than a model must have, equal observations counted once.
-    #[error(
-        "the {network} network comes with {found} different golden pairs, at least {GOLDEN_PAIRS_MIN} are needed; \
-         export the model again"
-    )]
-    GoldenCount {
-        /// Which network.
-        network: &'static str,
-        /// How many there are.
-        found: usize,
-    },
+    /// The golden pairs.
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
 }
 
 /// A checked model.
@@ -170,34 +105,16 @@ impl Model {
         }
         let manifest: Manifest = parse_json(&manifest_path, &read_file(&manifest_path, MAX_JSON_BYTES)?)?;
         manifest.validate()?;
-        let td3 = read_network(folder, &manifest.td3, &actor_contract())?;
-        let dqn = match &manifest.dqn {
+        let mut td3 = read_network(folder, &manifest.td3, &actor_contract())?;
+        let mut dqn = match &manifest.dqn {
             Some(entry) => Some(read_network(folder, entry, &scorer_contract())?),
             None => None,
         };
         let golden_path = folder.join(manifest.golden.file.as_str());
-        let golden = parse_json(&golden_path, &read_hashed(folder, &manifest.golden, MAX_JSON_BYTES)?)?;
-        let mut model =
-            Self { folder: folder.to_path_buf(), manifest, td3, dqn, golden, golden_difference: 0.0 };
-        model.check_golden()?;
-        Ok(model)
-    }
-
-    fn check_golden(&mut self) -> Result<(), ModelError> {
-        let Self { td3, dqn, golden, golden_difference, .. } = self;
-        let mut worst = compare_golden("td3", td3, &golden.td3, LOW_OBSERVATION, <[f32]>::to_vec)?;
-        if let Some(dqn) = dqn {
-            let expand = |observation: &[f32]| {
-                let mut rows = vec![0.0; ACTION_COUNT * CANDIDATE_FEATURES];
-                expand_candidates(observation, &mut rows);
-                rows
-            };
-            worst = worst.max(compare_golden("dqn", dqn, &golden.dqn, HIGH_OBSERVATION, expand)?);
-        } else if !golden.dqn.is_empty() {
-            return Err(ModelError::GoldenOfNone { found: golden.dqn.len() });
-        }
-        *golden_difference = worst;
-        Ok(())
+        let golden: Golden =
+            parse_json(&golden_path, &read_hashed(folder, &manifest.golden, MAX_JSON_BYTES)?)?;
+        let golden_difference = golden.check(&mut td3, dqn.as_mut())?;
+        Ok(Self { folder: folder.to_path_buf(), manifest, td3, dqn, golden, golden_difference })
     }
 
     /// Where it was read from.
@@ -253,7 +170,7 @@ impl Model {
     }
 }
 
-/// Names and shapes of the low level: `observation` [1, 78] to `action` [1, 2].
+/// Names and shapes of the low level: `observation` [1, 82] to `action` [1, 2].
 pub fn actor_contract() -> NetworkContract {
     NetworkContract::new(Port::new("observation", 1, LOW_OBSERVATION), Port::new("action", 1, LOW_ACTION))
 }
@@ -289,40 +206,4 @@ fn read_network(
 fn parse_json<T: serde::de::DeserializeOwned>(path: &Path, file: &FileBytes) -> Result<T, ModelError> {
     serde_json::from_slice(&file.bytes)
         .map_err(|error| ModelError::Json { path: path.to_path_buf(), problem: error.to_string() })
-}
-
-fn compare_golden(
-    name: &'static str,
-    loaded: &mut LoadedNetwork,
-    pairs: &[GoldenPair],
-    observation_len: usize,
-    input_of: impl Fn(&[f32]) -> Vec<f32>,
-) -> Result<f32, ModelError> {
-    let network = loaded.network_mut();
-    let mut answer = vec![0.0; network.output_len()];
-    let expected = [observation_len, answer.len()];
-    for (index, pair) in pairs.iter().enumerate() {
-        let found = [pair.observation.len(), pair.answer.len()];
-        if found != expected {
-            return Err(ModelError::GoldenShape { network: name, index, found, expected });
-        }
-    }
-    let bits = |pair: &GoldenPair| pair.observation.iter().map(|value| value.to_bits()).collect();
-    let different: HashSet<Vec<u32>> = pairs.iter().map(bits).collect();
-    if different.len() < GOLDEN_PAIRS_MIN {
-        return Err(ModelError::GoldenCount { network: name, found: different.len() });
-    }
-    let mut worst = 0.0_f32;
-    for (index, pair) in pairs.iter().enumerate() {
-        network.run(&input_of(&pair.observation), &mut answer);
-        let scale = pair.answer.iter().fold(1.0_f32, |scale, golden| scale.max(golden.abs()));
-        for (ours, golden) in answer.iter().zip(&pair.answer) {
-            let difference = (ours - golden).abs() / scale;
-            if difference.is_nan() || difference > GOLDEN_TOLERANCE {
-                return Err(ModelError::Golden { network: name, index, difference });
-            }
-            worst = worst.max(difference);
-        }
-    }
-    Ok(worst)
 }

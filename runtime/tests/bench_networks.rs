@@ -38,7 +38,7 @@ fn engines_are_measured_beside_each_other() {
     }
 
     let text = report.to_string();
-    assert!(text.contains("actor: [1, 78] -> [1, 2], 7 steps, "), "{text}");
+    assert!(text.contains("actor: [1, 82] -> [1, 2], 7 steps, "), "{text}");
     let json: serde_json::Value = serde_json::to_value(&report).unwrap();
     assert_eq!(json["networks"][1]["engines"][0]["engine"], "executor");
 }

@@ -15,7 +15,7 @@ use trainer::nn::{self, Rng};
 use trainer::replay::ReplayBuffer;
 use trainer::td3::{Batch, Td3, Td3Config, Transition};
 
-const OBSERVATION: usize = 78;
+const OBSERVATION: usize = 82;
 const ACTION: usize = 2;
 const COMPACT: usize = 90;
 const CANDIDATES: usize = 18;

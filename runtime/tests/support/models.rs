@@ -35,21 +35,21 @@ fn gemm(graph: Graph, x: &str, y: &str, [outputs, inputs]: [i64; 2]) -> Graph {
 /// TD3's actor: normalisation, three layers, scaled tanh.
 pub(crate) fn actor() -> Model {
     let mut graph = Graph::default()
-        .input("observation", &fixed([1, 78]))
-        .floats("mean", &[78], &numbers(1, 78))
-        .floats("inverse", &[78], &numbers(2, 78))
+        .input("observation", &fixed([1, 82]))
+        .floats("mean", &[82], &numbers(1, 82))
+        .floats("inverse", &[82], &numbers(2, 82))
         .floats("scale", &[2], &[0.5, 1.0])
         .floats("shift", &[2], &[0.5, 0.0])
         .node("Sub", &["observation", "mean"], "centred", &[])
         .node("Mul", &["centred", "inverse"], "normal", &[]);
-    graph = gemm(graph, "normal", "l1", [256, 78]).node("Relu", &["l1"], "r1", &[]);
+    graph = gemm(graph, "normal", "l1", [256, 82]).node("Relu", &["l1"], "r1", &[]);
     graph = gemm(graph, "r1", "l2", [256, 256]).node("Relu", &["l2"], "r2", &[]);
     graph = gemm(graph, "r2", "l3", [2, 256]).node("Tanh", &["l3"], "t", &[]);
     let graph = graph
         .node("Mul", &["t", "scale"], "scaled", &[])
         .node("Add", &["scaled", "shift"], "action", &[])
         .output("action", &fixed([1, 2]));
-    ("actor", graph.finish(), contract("observation", 1, 78, "action", 1, 2))
+    ("actor", graph.finish(), contract("observation", 1, 82, "action", 1, 2))
 }
 
 /// The candidate scorer: one row a candidate, a layer as `MatMul` and `Add`.

@@ -198,7 +198,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
         if self.navigator.is_waiting() {
             return (0.0, 0.0);
         }
-        self.navigator.encode_low(&mut self.low_observation);
+        self.navigator.encode_low(self.guard.sent(), &mut self.low_observation);
         let mut action = [0.0; LOW_ACTION];
         self.low.run(&self.low_observation, &mut action);
         self.navigator.decode_low(action)

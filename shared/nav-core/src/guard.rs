@@ -3,6 +3,7 @@
 
 use crate::messages::{Goal, LaserScan, Odometry, fault};
 use crate::navigator::Navigator;
+use crate::observation::Sent;
 use crate::scan::VALID_BEAM_SHARE_MIN;
 use crate::task::Task;
 use core::f32::consts::TAU;
@@ -21,8 +22,7 @@ pub const BLIND_MAX_RAD: f32 = TAU / 8.0;
 #[derive(Clone, Debug)]
 pub struct Guard {
     task: Task,
-    last_linear_mps: f32,
-    last_angular_radps: f32,
+    sent: Sent,
     last_scan: (u64, u64),
     last_odom: (u64, u64),
 }
@@ -30,13 +30,7 @@ pub struct Guard {
 impl Guard {
     /// At a standstill.
     pub fn new(task: &Task) -> Self {
-        Self {
-            task: *task,
-            last_linear_mps: 0.0,
-            last_angular_radps: 0.0,
-            last_scan: (0, 0),
-            last_odom: (0, 0),
-        }
+        Self { task: *task, sent: Sent::default(), last_scan: (0, 0), last_odom: (0, 0) }
     }
 
     /// What is wrong with the inputs at `now_ns`, as [`fault`] bits.
@@ -116,13 +110,14 @@ impl Guard {
             wish.clamp(last - change, last + change)
         };
         let out = (
-            step(self.last_linear_mps, speed.0, robot.linear_acceleration_mps2),
-            step(self.last_angular_radps, speed.1, robot.angular_acceleration_radps2),
+            step(self.sent[0].0, speed.0, robot.linear_acceleration_mps2),
+            step(self.sent[0].1, speed.1, robot.angular_acceleration_radps2),
         );
         if out != speed {
             faults |= fault::ACCELERATION_LIMITED;
         }
-        (self.last_linear_mps, self.last_angular_radps) = out;
+        self.sent.rotate_right(1);
+        self.sent[0] = out;
         (out.0, out.1, faults)
     }
 
@@ -130,9 +125,14 @@ impl Guard {
     pub fn restart_from(&mut self, linear_mps: f32, angular_radps: f32) {
         let robot = &self.task.robot;
         let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-        self.last_linear_mps = finite(linear_mps).clamp(0.0, robot.linear_max_mps);
-        self.last_angular_radps =
-            finite(angular_radps).clamp(-robot.angular_max_radps, robot.angular_max_radps);
+        let linear = finite(linear_mps).clamp(0.0, robot.linear_max_mps);
+        let angular = finite(angular_radps).clamp(-robot.angular_max_radps, robot.angular_max_radps);
+        self.sent.fill((linear, angular));
+    }
+
+    /// The last commands that left; after a restart, what the base was measured to do.
+    pub fn sent(&self) -> &Sent {
+        &self.sent
     }
 }
 
@@ -243,7 +243,10 @@ mod tests {
             guard.limit((9.0, -9.0));
         }
         assert_eq!(guard.limit((1.0, -1.0)), (1.0, -1.0, 0));
-        let (linear, _, faults) = guard.limit((f32::NAN, 0.0));
+        let (linear, angular, faults) = guard.limit((f32::NAN, 0.0));
         assert!(linear < 1.0 && faults & fault::NON_FINITE != 0, "a ramp to zero, named");
+        assert_eq!(guard.sent(), &[(linear, angular), (1.0, -1.0)], "what left, newest first");
+        guard.restart_from(0.5, -0.25);
+        assert_eq!(guard.sent(), &[(0.5, -0.25); 2]);
     }
 }

@@ -13,7 +13,9 @@ use crate::geodesic::Geodesic;
 use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local_map::LocalMap;
 use crate::messages::{Goal, LaserScan, Odometry};
-use crate::observation::{CHANGE_STEPS, Compression, HIGH_OBSERVATION, LOW_OBSERVATION, Target, encode_low};
+use crate::observation::{
+    CHANGE_STEPS, Compression, HIGH_OBSERVATION, LOW_OBSERVATION, Motion, Sent, Target, encode_low,
+};
 use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
 use crate::subgoal::Candidates;
 use crate::task::{DIRECTION_COUNT, Memory, Task};
@@ -206,22 +208,23 @@ impl Navigator {
     }
 
     /// The low-level observation towards the decision's subgoal, or the goal when there is none.
-    pub fn encode_low(&self, observation: &mut [f32; LOW_OBSERVATION]) {
+    pub fn encode_low(&self, sent: &Sent, observation: &mut [f32; LOW_OBSERVATION]) {
         let target = match &self.decision {
             Some(decision) if decision.action < DIRECTION_COUNT => decision.subgoal,
             _ => self.goal,
         };
-        self.encode_low_towards(target, observation);
+        self.encode_low_towards(target, sent, observation);
     }
 
     /// The low-level observation towards any target of the `odom` frame.
-    pub fn encode_low_towards(&self, target: Point, observation: &mut [f32; LOW_OBSERVATION]) {
+    pub fn encode_low_towards(&self, target: Point, sent: &Sent, observation: &mut [f32; LOW_OBSERVATION]) {
         let target = Target {
             distance_m: (target - self.pose.position()).norm(),
             bearing_rad: wrap_angle(self.pose.bearing_to(target) - self.pose.yaw_rad),
         };
         let (now, before) = (&self.clearance[0], &self.clearance[CHANGE_STEPS]);
-        encode_low(&self.task, now, before, target, self.linear_mps, self.angular_radps, observation);
+        let motion = Motion { measured: (self.linear_mps, self.angular_radps), sent: *sent };
+        encode_low(&self.task, now, before, target, &motion, observation);
     }
 
     /// What a low-level action in [-1, 1] means: (m/s, rad/s).

@@ -1,9 +1,10 @@
 //! What the two policies see. One encoder for training, evaluation and the robot.
 //!
-//! **Low level** ([`LOW_OBSERVATION`] = 78 numbers): for each of 36 sectors (counter-clockwise from straight
+//! **Low level** ([`LOW_OBSERVATION`] = 82 numbers): for each of 36 sectors (counter-clockwise from straight
 //! back) the compressed clearance in [0, 1]; for each its change over [`CHANGE_STEPS`] steps; then the
 //! target's distance (in 5 m, at most 1), exp(-distance), sine and cosine of its direction, forward speed and
-//! turning rate as shares of their limits.
+//! turning rate as shares of their limits, and the same of the last [`SENT_COMMANDS`] commands, newest first. A
+//! base obeys late: without the commands that are under way its next motion would not follow from what is seen.
 //!
 //! **High level** ([`HIGH_OBSERVATION`] = 107 numbers), in the goal-aligned frame: for each of 16 directions
 //! [`DIRECTION_FEATURES`] numbers, then [`GLOBAL_FEATURES`] globals. The network scores one candidate at a
@@ -14,9 +15,11 @@ use crate::scan::SECTOR_COUNT;
 use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Task};
 
 /// Length of the low-level observation.
-pub const LOW_OBSERVATION: usize = 2 * SECTOR_COUNT + 6;
+pub const LOW_OBSERVATION: usize = 2 * SECTOR_COUNT + 6 + 2 * SENT_COMMANDS;
 /// Length of the low-level action: forward speed and turning rate, each in [-1, 1].
 pub const LOW_ACTION: usize = 2;
+/// So many of the last commands are seen: as many as may be under way in training.
+pub const SENT_COMMANDS: usize = 2;
 /// The sector changes span this many steps.
 pub const CHANGE_STEPS: usize = 3;
 /// Per direction: corridor, geodesic gain, visits at 1 m and 2.5 m, closing speed, legality.
@@ -28,8 +31,9 @@ pub const HIGH_OBSERVATION: usize = DIRECTION_COUNT * DIRECTION_FEATURES + GLOBA
 /// Length of one candidate's row: rolled directions, candidate-relative globals, kind of candidate.
 pub const CANDIDATE_FEATURES: usize = DIRECTION_COUNT * DIRECTION_FEATURES + GLOBAL_FEATURES + 4;
 /// Names this layout; a manifest with another is refused.
-pub const LAYOUT: &str = "low: 36 log-clearance from -pi ccw, 36 change over 3 steps, d/5, exp(-d), sin, cos, v, w; \
-     high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 11 globals; candidate: 111; v2";
+pub const LAYOUT: &str = "low: 36 log-clearance from -pi ccw, 36 change over 3 steps, d/5, exp(-d), sin, cos, v, w, \
+     2 x (v, w) sent; high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 11 globals; \
+     candidate: 111; v3";
 
 /// The fine end of [`compress`], m.
 const COMPRESS_M: f32 = 0.25;
@@ -62,6 +66,18 @@ pub struct Target {
     pub bearing_rad: f32,
 }
 
+/// The last commands that left for the base, (m/s, rad/s), newest first.
+pub type Sent = [(f32, f32); SENT_COMMANDS];
+
+/// How the robot moves, and is about to move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Measured forward speed and turning rate, m/s and rad/s.
+    pub measured: (f32, f32),
+    /// See [`Sent`].
+    pub sent: Sent,
+}
+
 /// Writes the low-level observation: `now` and `before` are compressed clearances, `before` of
 /// [`CHANGE_STEPS`] steps ago.
 pub fn encode_low(
@@ -69,8 +85,7 @@ pub fn encode_low(
     now: &[f32; SECTOR_COUNT],
     before: &[f32; SECTOR_COUNT],
     target: Target,
-    linear_mps: f32,
-    angular_radps: f32,
+    motion: &Motion,
     observation: &mut [f32; LOW_OBSERVATION],
 ) {
     observation[..SECTOR_COUNT].copy_from_slice(now);
@@ -82,8 +97,11 @@ pub fn encode_low(
     rest[1] = libm::expf(-target.distance_m);
     rest[2] = libm::sinf(target.bearing_rad);
     rest[3] = libm::cosf(target.bearing_rad);
-    rest[4] = linear_mps / task.robot.linear_max_mps;
-    rest[5] = angular_radps / task.robot.angular_max_radps;
+    let velocities = core::iter::once(&motion.measured).chain(&motion.sent);
+    for (shares, (linear_mps, angular_radps)) in rest[4..].chunks_exact_mut(2).zip(velocities) {
+        shares[0] = linear_mps / task.robot.linear_max_mps;
+        shares[1] = angular_radps / task.robot.angular_max_radps;
+    }
 }
 
 /// What the high level sees of one direction.
@@ -263,6 +281,26 @@ mod tests {
                 assert!((a - b).abs() < 1e-5, "direction {k}, feature {feature}: {a} {b}");
             }
         }
+    }
+
+    #[test]
+    fn the_low_level_sees_its_speed_and_the_commands_under_way_as_shares() {
+        let mut task = Task::default();
+        (task.robot.linear_max_mps, task.robot.angular_max_radps) = (2.0, 4.0);
+        let (now, before) = ([0.5; SECTOR_COUNT], [0.25; SECTOR_COUNT]);
+        let target = Target { distance_m: 1.0, bearing_rad: 0.0 };
+        let motion = Motion { measured: (1.0, -1.0), sent: [(1.5, 2.0), (0.5, 4.0)] };
+        let mut observation = [f32::NAN; LOW_OBSERVATION];
+        encode_low(&task, &now, &before, target, &motion, &mut observation);
+        let expected = [0.2, libm::expf(-1.0), 0.0, 1.0, 0.5, -0.25, 0.75, 0.5, 0.25, 1.0];
+        let rest = &observation[2 * SECTOR_COUNT..];
+        assert_eq!(rest.len(), expected.len());
+        for (found, expected) in rest.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-6, "{rest:?}");
+        }
+        assert!(
+            observation[SECTOR_COUNT..2 * SECTOR_COUNT].iter().all(|change| (change - 0.25).abs() < 1e-6)
+        );
     }
 
     #[test]

@@ -15,6 +15,7 @@
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 
 use nav_core::geometry::{Point, Pose};
+use nav_core::guard::Guard;
 use nav_core::messages::LaserScan;
 use nav_core::navigator::Navigator;
 use nav_core::observation::LOW_OBSERVATION;
@@ -40,10 +41,11 @@ struct Roamer {
 }
 
 impl Roamer {
-    fn command(&mut self) -> Twist {
+    fn command(&mut self, guard: &mut Guard) -> Twist {
         let change: f32 = self.rng.random_range(-0.3..0.3);
         self.turn_radps = (self.turn_radps + change).clamp(-1.0, 1.0);
-        Twist { linear_mps: 0.6, angular_radps: self.turn_radps }
+        let (linear_mps, angular_radps, _) = guard.limit((0.6, self.turn_radps));
+        Twist { linear_mps, angular_radps }
     }
 }
 
@@ -52,20 +54,22 @@ fn round(worlds: &[Arc<World>], task: &Task, observed: bool) -> f64 {
     let mut roamer = Roamer { rng: Xoshiro256PlusPlus::seed_from_u64(1), turn_radps: 0.0 };
     let mut simulation = Simulation::new(Arc::clone(&worlds[0]), task, &Disturbance::trained(), 0);
     let mut navigator = Navigator::new(task);
+    let mut guard = Guard::new(task);
     let mut scan = LaserScan::default();
     let mut observation = [0.0; LOW_OBSERVATION];
     let mut episode = 0_u32;
     let begun = Instant::now();
     for _ in 0..STEPS {
-        if simulation.step(roamer.command()).is_over() {
+        if simulation.step(roamer.command(&mut guard)).is_over() {
             episode += 1;
+            guard.restart_from(0.0, 0.0);
             simulation.reset(Arc::clone(&worlds[episode as usize % worlds.len()]), u64::from(episode));
         }
         simulation.scan(&mut scan);
         let odometry = simulation.odometry();
         if observed {
             navigator.observe(&scan, &odometry, &simulation.goal(episode));
-            navigator.encode_low(&mut observation);
+            navigator.encode_low(guard.sent(), &mut observation);
         }
         black_box((&scan, &odometry, &observation));
     }

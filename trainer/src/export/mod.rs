@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `td3.onnx` | `observation` [1, 78] to `action` [1, 2], normalisation inside |
+//! | `td3.onnx` | `observation` [1, 82] to `action` [1, 2], normalisation inside |
 //! | `dqn.onnx` | `candidates` [18, 111] to `q` [18, 1]; absent in a flat policy |
 //! | `golden.json` | observations and what the trainer's own networks answered |
 //! | `README.md` | the model card |

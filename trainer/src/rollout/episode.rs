@@ -1,9 +1,10 @@
 //! One robot in one world, through the robot's own navigator and guard.
 
-use nav_core::geometry::Pose;
+use nav_core::geometry::{Point, Pose};
 use nav_core::guard::Guard;
 use nav_core::messages::LaserScan;
 use nav_core::navigator::Navigator;
+use nav_core::observation::LOW_OBSERVATION;
 use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::lasting;
@@ -73,6 +74,16 @@ impl Episode {
         self.simulation.scan(&mut self.scan);
         let (odom, goal) = (self.simulation.odometry(), self.simulation.goal(self.goal_id));
         self.navigator.observe(&self.scan, &odom, &goal);
+    }
+
+    /// What the low level sees of the way to the decision's subgoal.
+    pub fn encode_low(&self, observation: &mut [f32; LOW_OBSERVATION]) {
+        self.navigator.encode_low(self.guard.sent(), observation);
+    }
+
+    /// What the low level sees of the way to any target of the `odom` frame.
+    pub fn encode_low_towards(&self, target: Point, observation: &mut [f32; LOW_OBSERVATION]) {
+        self.navigator.encode_low_towards(target, self.guard.sent(), observation);
     }
 
     /// Where it drives.

@@ -261,7 +261,7 @@ pub fn drive_step(episode: &mut Episode, low: &mut ActingNetwork) -> Outcome {
         return episode.wait();
     }
     let mut observation = [0.0; LOW_OBSERVATION];
-    navigator.encode_low(&mut observation);
+    episode.encode_low(&mut observation);
     let mut action = [0.0; LOW_ACTION];
     low.run(&observation, &mut action);
     episode.drive(action)

@@ -3,7 +3,7 @@
 //!
 //! | field | value |
 //! |---|---|
-//! | observation | [`nav_core::observation`], low level, 78 numbers |
+//! | observation | [`nav_core::observation`], low level, 82 numbers |
 //! | action | forward speed and turning rate, each in [-1, 1] |
 //! | reward | [`LowConfig::reward`] |
 //! | terminated | target reached, or collision |
@@ -140,7 +140,7 @@ impl LowRobot {
         self.target_is_goal = random.is_none();
         self.target = random.unwrap_or_else(|| self.episode.navigator().goal());
         self.target_radius_m = self.episode.simulation().task().goal_radius_m;
-        self.episode.navigator().encode_low_towards(self.target, &mut self.observation);
+        self.episode.encode_low_towards(self.target, &mut self.observation);
     }
 
     /// A random point at the end of a free corridor, `odom` frame.
@@ -190,7 +190,7 @@ impl LowRobot {
             Attempt::Running
         };
         let reward = self.reward(action, attempt, before, after);
-        self.episode.navigator().encode_low_towards(self.target, &mut self.observation);
+        self.episode.encode_low_towards(self.target, &mut self.observation);
         let transition = LowTransition {
             observation,
             action,
