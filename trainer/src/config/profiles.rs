@@ -32,7 +32,6 @@ impl Config {
         };
         if profile == Profile::Full {
             config.worlds_per_family = 1_000;
-            config.low.env_steps = 600_000;
             config.high.decisions = 250_000;
             config.high.dqn.hidden = vec![128, 128];
             config.gate.low_reach = 0.97;

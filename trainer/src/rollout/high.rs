@@ -59,8 +59,8 @@ pub struct DecisionReport {
     pub steps: u32,
     /// How the episode stands.
     pub outcome: Outcome,
-    /// Sum of the step rewards of the decision, undiscounted.
-    pub reward: f32,
+    /// Sum of the rewards since the episode began, undiscounted.
+    pub returned: f32,
 }
 
 /// A robot of stage B, always at a moment of decision.
@@ -72,6 +72,8 @@ pub struct HighRobot {
     episodes: u64,
     episode: Episode,
     pending: VecDeque<Pending>,
+    /// Rewards since the episode began, summed.
+    returned: f32,
     way_m: f32,
     observation: [f32; HIGH_OBSERVATION],
     mask: ActionMask,
@@ -97,6 +99,7 @@ impl HighRobot {
             episodes: 0,
             episode,
             pending: VecDeque::new(),
+            returned: 0.0,
             way_m: 0.0,
             observation: [0.0; HIGH_OBSERVATION],
             mask: ActionMask::default(),
@@ -111,6 +114,7 @@ impl HighRobot {
         self.episodes = number;
         self.actions.clear();
         self.pending.clear();
+        self.returned = 0.0;
         let mut rng = Rng::seed_from_u64(crate::seeds::derive(self.seed, number));
         let place = self.places[rng.random_range(0..self.places.len())].clone();
         self.episode.restart(place, rng.random());
@@ -169,7 +173,7 @@ impl HighRobot {
         let half_width_m = self.episode.simulation().task().robot.radius_m + 0.05;
         let obstacle_ahead = self.episode.navigator().scan().corridor_m(1.0, 0.0, half_width_m, 1.0) < 1.0;
         let mut pending = Pending { observation: self.observation, action, reward: 0.0, discount: 1.0 };
-        let (mut steps, mut total) = (0, 0.0);
+        let mut steps = 0;
         let outcome = loop {
             let mut outcome = drive_step(&mut self.episode, low);
             steps += 1;
@@ -189,7 +193,7 @@ impl HighRobot {
                 };
                 let reward = decomposed::high(&self.config.decomposed, &step);
                 pending.reward += pending.discount * reward;
-                total += reward;
+                self.returned += reward;
             }
             pending.discount *= self.config.discount;
             if outcome.is_over() || self.episode.navigator().decision_due().is_some() {
@@ -198,14 +202,15 @@ impl HighRobot {
         };
         if self.config.reward == RewardProfile::Paper {
             pending.reward = self.paper_reward(start, target, obstacle_ahead, outcome);
-            total = pending.reward;
+            self.returned += pending.reward;
         }
         self.prepare();
         self.settle(pending, outcome, transitions);
+        let report = DecisionReport { steps, outcome, returned: self.returned };
         if outcome.is_over() {
             self.begin(self.episodes + 1);
         }
-        DecisionReport { steps, outcome, reward: total }
+        report
     }
 
     /// Adds a decision to the returns that wait, and hands out those that are complete.

@@ -19,7 +19,7 @@ use crate::rollout::high::{DecisionReport, HighRobot, HighTransition, random_act
 use crate::rollout::policy::{ActingNetwork, pack, repack};
 use crate::rollout::worlds::Place;
 use crate::seeds::derive;
-use crate::train::window::Window;
+use crate::train::window::{Ended, Window};
 
 /// Stage B under way.
 pub struct HighStage {
@@ -35,7 +35,6 @@ pub struct HighStage {
     decisions: u64,
     env_steps: u64,
     episodes: Window,
-    reward_sum: f64,
     losses: DqnLosses,
     rate_factor: f32,
 }
@@ -51,7 +50,6 @@ pub struct HighState {
     decisions: u64,
     env_steps: u64,
     episodes: Window,
-    reward_sum: f64,
     losses: DqnLosses,
     rate_factor: f32,
 }
@@ -98,7 +96,6 @@ impl HighStage {
             decisions: 0,
             env_steps: 0,
             episodes: Window::new(400),
-            reward_sum: 0.0,
             losses: DqnLosses::default(),
             rate_factor: 1.0,
             config: high,
@@ -166,9 +163,12 @@ impl HighStage {
         for report in &harvest.reports {
             self.decisions += 1;
             self.env_steps += u64::from(report.steps);
-            self.reward_sum += f64::from(report.reward);
             if report.outcome.is_over() {
-                self.episodes.push(report.outcome == Outcome::Reached, report.outcome == Outcome::Collided);
+                self.episodes.push(Ended {
+                    succeeded: report.outcome == Outcome::Reached,
+                    collided: report.outcome == Outcome::Collided,
+                    returned: report.returned,
+                });
             }
         }
     }
@@ -186,11 +186,6 @@ impl HighStage {
     /// Steps of all robots so far.
     pub fn env_steps(&self) -> u64 {
         self.env_steps
-    }
-
-    /// Mean undiscounted reward of an episode so far.
-    pub fn mean_return(&self) -> f32 {
-        (self.reward_sum / self.episodes.total().max(1) as f64) as f32
     }
 
     /// The learner.
@@ -225,7 +220,6 @@ impl HighStage {
             decisions: self.decisions,
             env_steps: self.env_steps,
             episodes: self.episodes.clone(),
-            reward_sum: self.reward_sum,
             losses: self.losses,
             rate_factor: self.rate_factor,
         }
@@ -249,7 +243,6 @@ impl HighStage {
         self.decisions = state.decisions;
         self.env_steps = state.env_steps;
         self.episodes = state.episodes;
-        self.reward_sum = state.reward_sum;
         self.losses = state.losses;
         self.rate_factor = state.rate_factor;
         repack(&mut self.acting, self.learner.scorer(), None, ACTION_COUNT)?;

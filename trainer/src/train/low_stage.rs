@@ -16,7 +16,7 @@ use crate::rollout::policy::{ActingNetwork, Normaliser, pack, repack};
 use crate::rollout::worlds::Place;
 use crate::seeds::derive;
 use crate::td3::{Batch, Td3, Td3Losses, Td3State, Transition};
-use crate::train::window::Window;
+use crate::train::window::{Ended, Window};
 
 /// Stage A under way.
 pub struct LowStage {
@@ -33,6 +33,8 @@ pub struct LowStage {
     acting: ActingNetwork,
     env_steps: u64,
     attempts: Window,
+    /// Rewards of each robot's present attempt, summed.
+    returns: Vec<f32>,
     losses: Td3Losses,
     rate_factor: f32,
 }
@@ -48,6 +50,8 @@ pub struct LowState {
     sampler: Rng,
     env_steps: u64,
     attempts: Window,
+    /// Rewards of each robot's present attempt, summed.
+    returns: Vec<f32>,
     losses: Td3Losses,
     rate_factor: f32,
 }
@@ -83,6 +87,7 @@ impl LowStage {
             batch: Batch::new(low.batch, LOW_OBSERVATION, LOW_ACTION),
             env_steps: 0,
             attempts: Window::new(1_000),
+            returns: vec![0.0; low.envs],
             losses: Td3Losses::default(),
             rate_factor: 1.0,
             config: low,
@@ -111,7 +116,11 @@ impl LowStage {
                 [rng.random_range(-1.0..=1.0), rng.random_range(-1.0..=1.0)]
             };
             let (transition, attempt) = self.robots[robot].step(action);
-            self.attempts.note(attempt);
+            self.returns[robot] += transition.reward;
+            if attempt != Attempt::Running {
+                let returned = std::mem::take(&mut self.returns[robot]);
+                ended(attempt, returned).into_iter().for_each(|ended| self.attempts.push(ended));
+            }
             self.store(transition);
             self.env_steps += 1;
         }
@@ -219,6 +228,7 @@ impl LowStage {
             sampler: self.sampler.clone(),
             env_steps: self.env_steps,
             attempts: self.attempts.clone(),
+            returns: self.returns.clone(),
             losses: self.losses,
             rate_factor: self.rate_factor,
         }
@@ -230,7 +240,8 @@ impl LowStage {
     /// A state of another configuration.
     pub fn restore(&mut self, state: LowState, rows: Vec<f32>) -> Result<()> {
         const OTHER: &str = "the checkpoint is of another configuration than the run's config.toml";
-        ensure!(state.histories.len() == self.robots.len() && state.noise.len() == self.noise.len(), OTHER);
+        let lengths = [state.histories.len(), state.noise.len(), state.returns.len()];
+        ensure!(lengths == [self.robots.len(); 3], OTHER);
         ensure!(self.learner.restore(state.learner), OTHER);
         self.replay = ReplayBuffer::restore(state.replay, rows).ok_or_else(|| anyhow::anyhow!(OTHER))?;
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {
@@ -241,6 +252,7 @@ impl LowStage {
         self.sampler = state.sampler;
         self.env_steps = state.env_steps;
         self.attempts = state.attempts;
+        self.returns = state.returns;
         self.losses = state.losses;
         self.rate_factor = state.rate_factor;
         self.refresh()
@@ -260,13 +272,13 @@ fn store(replay: &mut ReplayBuffer, normaliser: &Normaliser, discount: f32, mut 
     .store(replay);
 }
 
-impl Window {
-    fn note(&mut self, attempt: Attempt) {
-        match attempt {
-            Attempt::Running | Attempt::Cut => {}
-            Attempt::Reached => self.push(true, false),
-            Attempt::Collided => self.push(false, true),
-            Attempt::GivenUp => self.push(false, false),
-        }
-    }
+/// What the window keeps of an attempt; nothing of one that goes on or was cut.
+fn ended(attempt: Attempt, returned: f32) -> Option<Ended> {
+    let (succeeded, collided) = match attempt {
+        Attempt::Running | Attempt::Cut => return None,
+        Attempt::Reached => (true, false),
+        Attempt::Collided => (false, true),
+        Attempt::GivenUp => (false, false),
+    };
+    Some(Ended { succeeded, collided, returned })
 }

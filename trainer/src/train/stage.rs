@@ -68,9 +68,10 @@ impl Stage for LowStage {
 
     fn scalars(&self) -> Vec<(&'static str, f64)> {
         let losses = self.losses();
-        let scalars: [(&str, f32); 9] = [
+        let scalars: [(&str, f32); 10] = [
             ("low/reach", self.attempts().success()),
             ("low/collision", self.attempts().collision()),
+            ("low/return", self.attempts().mean_return()),
             ("td3/critic_loss", losses.critic),
             ("td3/actor_loss", losses.actor),
             ("td3/q_mean", losses.q_mean),
@@ -127,7 +128,7 @@ impl Stage for HighStage {
         let scalars: [(&str, f32); 9] = [
             ("high/success", self.episodes().success()),
             ("high/collision", self.episodes().collision()),
-            ("high/return", self.mean_return()),
+            ("high/return", self.episodes().mean_return()),
             ("high/epsilon", self.epsilon()),
             ("dqn/loss", losses.loss),
             ("dqn/q_mean", losses.q_mean),
