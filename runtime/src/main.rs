@@ -58,9 +58,13 @@ fn check(arguments: &cli::ModelArguments) -> anyhow::Result<ExitCode> {
 fn measure(arguments: BenchArguments) -> anyhow::Result<ExitCode> {
     if arguments.measure_loop {
         return match bench_loop::measure(&arguments.loop_plan()) {
-            Err(LoopBenchError::Stopped) => {
-                eprintln!("runtime: {}", LoopBenchError::Stopped);
-                Ok(ExitCode::from(INTERRUPTED))
+            Err(error @ LoopBenchError::Stopped(reason)) => {
+                eprintln!("runtime: {error}");
+                Ok(if reason == StopReason::Interrupt {
+                    ExitCode::from(INTERRUPTED)
+                } else {
+                    ExitCode::SUCCESS
+                })
             }
             measured => Ok(measured.map(|_| ExitCode::SUCCESS)?),
         };

@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
     /// Which worlds of the family: train, validation or test (never seen in training)
     #[arg(long, default_value = "test", conflicts_with_all = ["map", "world_file"])]
     pub(crate) split: Split,
-    /// Seed of the first episode's world and disturbance; each further episode adds one
+    /// Seed of the first episode's world, and with it of what disturbs the robot; each further episode adds one
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
     /// Episodes in a row

@@ -6,16 +6,10 @@
 //! | not finite | a ramp to zero |
 //! | none for [`Driver::stale_after_ns`] | a ramp to zero, until commands come again |
 
+use nav_core::guard::command_age_limit_ns;
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
 use nav_sim::simulation::Twist;
-
-/// A command this much older is stale, control periods...
-const STALE_PERIODS: u64 = 5;
-/// ...but not older than this, ns...
-const STALE_MAX_NS: u64 = 100_000_000;
-/// ...unless the period itself is long: one late command must not stop a slow robot, half periods.
-const STALE_MIN_HALF_PERIODS: u64 = 5;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -31,9 +25,7 @@ pub(crate) struct Driver {
 impl Driver {
     /// At rest, without a command.
     pub(crate) fn new(task: &Task) -> Self {
-        let period_ns = task.control_period_ns();
-        let stale_after_ns =
-            (STALE_PERIODS * period_ns).min(STALE_MAX_NS).max(STALE_MIN_HALF_PERIODS * period_ns / 2);
+        let stale_after_ns = command_age_limit_ns(task.control_period_ns());
         Self {
             task: *task,
             stale_after_ns,

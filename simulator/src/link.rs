@@ -186,8 +186,8 @@ impl Link {
             let cut_off_ns = started_ns + self.period_ns / 2;
             while monotonic_ns() < cut_off_ns {
                 self.wakeup.wait_until(cut_off_ns)?;
-                self.take_command()?;
-                if self.command.scan_seq == self.seq {
+                let (is_accepted, _) = self.take_command()?;
+                if is_accepted && self.command.scan_seq == self.seq {
                     break;
                 }
             }
@@ -235,10 +235,10 @@ impl Link {
         if !is_new {
             return Ok((false, now_ns));
         }
-        self.heard_ns = Some(now_ns);
         if self.pace == Pace::Realtime && !self.is_fresh(now_ns) {
             return Ok((false, now_ns));
         }
+        self.heard_ns = Some(now_ns);
         let is_accepted =
             self.command.scan_seq >= self.episode_seq && self.driver.accept(&self.command, now_ns);
         if is_accepted {

@@ -33,7 +33,7 @@ impl RunEnd {
 pub(crate) struct EpisodeReport {
     /// Name of the world.
     pub(crate) world: String,
-    /// Seed of world and disturbance.
+    /// Seed of the world; what disturbs the robot in it follows from family, split and this.
     pub(crate) seed: u64,
     /// Id of the goal on the wire.
     pub(crate) goal_id: u32,

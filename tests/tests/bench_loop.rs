@@ -25,7 +25,7 @@ fn it_measures_four_phases() {
         assert!(phase["ticks"].as_u64() > Some(0), "{phase}");
         assert!(phase["round_trip"]["count"].as_u64() > Some(0), "{phase}");
         assert_eq!(phase["allocations"], 0, "{phase}");
-        assert!(phase["scans_unanswered"].is_u64() && phase["round_trips_missing"].is_u64(), "{phase}");
+        assert!(phase["scans_replaced"].is_u64() && phase["round_trips_missing"].is_u64(), "{phase}");
         assert_eq!(phase["hogs"].as_u64() > Some(0), phase["loaded"] == true, "{phase}");
         assert!(phase["realtime"] == true || phase["realtime_granted"] == false, "{phase}");
         let median = |name: &str| phase[name]["p50_ns"].as_u64().expect("a median");

@@ -61,7 +61,7 @@ fn a_manifest_of_another_layout_or_version() {
     edit_manifest(&stage, |manifest| {
         manifest["observation_layout"] = "another".into();
     });
-    assert_model_refused(&stage, &["another observation layout", "export it again"]);
+    assert_model_refused(&stage, &["another observation layout", "train and export one with this version"]);
     let stage = Stage::new();
     edit_manifest(&stage, |manifest| {
         manifest["format"] = 99.into();

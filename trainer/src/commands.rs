@@ -141,7 +141,7 @@ fn tell(policy: &Policy, folder: &Path) {
             "\ngate NOT passed, so that it cannot be exported: {}",
             policy.gate.missed.join("; ")
         );
-        text.push_str("train longer or with another --seed\n");
+        text.push_str("train with another --seed, or change the configuration\n");
     }
     print_out(&text);
 }

@@ -66,7 +66,9 @@ fn refuse(folder: &Path, arguments: &[&str]) -> String {
 fn killed_resumed_exported_and_evaluated() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
-    std::fs::write(here.join("tiny.toml"), TINY).expect("written");
+    // Long enough to be killed in its second stage.
+    let config = TINY.replace("decisions = 1500", "decisions = 12000");
+    std::fs::write(here.join("tiny.toml"), config).expect("written");
 
     let mut child = trainer(here, &["train", "--config", "tiny.toml", "--seed", "7", "--out", "runs/killed"])
         .stderr(std::process::Stdio::null())

@@ -19,7 +19,7 @@ use crate::run::ports::Ports;
 use crate::run::realtime::RealTime;
 use crate::run::record::Record;
 use crate::run::report::write_json;
-use crate::run::stop::Stop;
+use crate::run::stop::{Stop, StopReason};
 use crate::terminal::say;
 use limit::Limit;
 use load::Hogs;
@@ -76,7 +76,7 @@ pub enum LoopBenchError {
     },
     /// Asked by a signal.
     #[error("the measurement was interrupted")]
-    Stopped,
+    Stopped(StopReason),
     /// The peer's answer.
     #[error("the measuring peer answered nonsense ({0}): run the bench again")]
     Peer(String),
@@ -127,7 +127,7 @@ pub struct Phase {
     /// From the scan's stamp to the published command.
     pub scan_to_command: Percentiles,
     /// Scans that another one replaced before the loop read them.
-    pub scans_unanswered: u64,
+    pub scans_replaced: u64,
     /// From the scan's stamp to the command in the peer's hands, however late.
     pub round_trip: Percentiles,
     /// Scans between the first and the last answer that the peer saw no answer to.
@@ -218,10 +218,11 @@ fn measure_here(
     };
     let mut record = Record::new(period_ns);
     let end = drive(&mut controller, &mut ports, &drive_plan, stop, &Live::default(), &mut record)?;
-    if end != End::Duration {
-        return Err(LoopBenchError::Stopped);
+    if let End::Stopped(reason) | End::StoppedWaiting(reason) = end {
+        return Err(LoopBenchError::Stopped(reason));
     }
-    let answers = peer.finish()?;
+    // Ctrl-C reaches the peer too.
+    let answers = peer.finish().map_err(|error| stop.reason().map_or(error, LoopBenchError::Stopped))?;
     Ok(Phase {
         loaded,
         hogs: if loaded { plan.cores } else { 0 },
@@ -232,7 +233,7 @@ fn measure_here(
         overruns: record.overruns,
         allocations: record.heap.allocations,
         scan_to_command: record.scan_to_command.percentiles(),
-        scans_unanswered: record.scans_unanswered,
+        scans_replaced: record.scans_replaced,
         round_trip: answers.round_trip,
         round_trips_missing: answers.unanswered,
         tick: record.tick.percentiles(),

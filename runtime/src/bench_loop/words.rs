@@ -19,11 +19,11 @@ impl Phase {
 pub(super) fn print_phase(phase: &Phase) {
     let load = if phase.loaded { format!("loaded by {} hogs", phase.hogs) } else { "idle".to_owned() };
     say(format_args!(
-        "\n{load}, {}: {} ticks, {} overruns, {} scans unanswered ({} as the peer saw it), {} allocations",
+        "\n{load}, {}: {} ticks, {} overruns, {} scans replaced by newer ones ({} without an answer at the peer), {} allocations",
         phase.priority(),
         phase.ticks,
         phase.overruns,
-        phase.scans_unanswered,
+        phase.scans_replaced,
         phase.round_trips_missing,
         phase.allocations
     ));

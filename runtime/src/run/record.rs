@@ -27,7 +27,7 @@ pub struct Record {
     /// From the scan's stamp to the published command, ns; of new scans, in clock pace only.
     pub scan_to_command: Histogram,
     /// Scans that another one replaced before they were read: gaps in their sequence, in clock pace only.
-    pub scans_unanswered: u64,
+    pub scans_replaced: u64,
     /// How late the loop woke up when no scan started the tick, ns.
     pub wake_late: Histogram,
     /// Difference between one period and the next, ns; clock pace only.
@@ -74,7 +74,7 @@ impl Record {
             tick: Histogram::default(),
             controller: Histogram::default(),
             scan_to_command: Histogram::default(),
-            scans_unanswered: 0,
+            scans_replaced: 0,
             wake_late: Histogram::default(),
             jitter: Histogram::default(),
             states: [0; STATES],
@@ -160,11 +160,11 @@ impl Record {
     }
 
     /// Counts a new scan that was answered at `sent_ns`, and those between it and the one before. A sequence that
-    /// begins anew leaves no gap.
+    /// begins anew, lower, leaves no gap.
     pub fn note_answer(&mut self, scan: &Header, sent_ns: u64) {
         self.scan_to_command.record(sent_ns.saturating_sub(scan.stamp_ns));
         let last_seq = self.last_scan_seq.replace(scan.seq).unwrap_or(scan.seq);
-        self.scans_unanswered += scan.seq.saturating_sub(last_seq).saturating_sub(1);
+        self.scans_replaced += scan.seq.saturating_sub(last_seq).saturating_sub(1);
     }
 
     /// Counts periods that were skipped after a late tick.
@@ -234,7 +234,7 @@ mod tests {
         for seq in [2, 3, 6, 7, 1, 2] {
             record.note_answer(&Header { stamp_ns: 10, seq }, 30);
         }
-        assert_eq!((record.scan_to_command.percentiles().count, record.scans_unanswered), (6, 2));
+        assert_eq!((record.scan_to_command.percentiles().count, record.scans_replaced), (6, 2));
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub struct Report {
     /// From the scan's stamp to the published command.
     pub scan_to_command: Percentiles,
     /// Scans that another one replaced before they were read; clock pace only, as is `scan_to_command`.
-    pub scans_unanswered: u64,
+    pub scans_replaced: u64,
     /// How late the loop woke up when no scan started the tick.
     pub wake_late: Percentiles,
     /// Difference between one period and the next.
@@ -115,7 +115,7 @@ impl Report {
             tick: record.tick.percentiles(),
             controller: record.controller.percentiles(),
             scan_to_command: record.scan_to_command.percentiles(),
-            scans_unanswered: record.scans_unanswered,
+            scans_replaced: record.scans_replaced,
             wake_late: record.wake_late.percentiles(),
             jitter: record.jitter.percentiles(),
             states: States {
@@ -174,12 +174,12 @@ impl std::fmt::Display for Report {
         writeln!(f, "ended: {}", self.ended)?;
         writeln!(
             f,
-            "{} ticks in {:.1} s, {} overruns ({} periods skipped), {} scans unanswered, {} decisions",
+            "{} ticks in {:.1} s, {} overruns ({} periods skipped), {} scans replaced by newer ones, {} decisions",
             self.ticks,
             self.duration_s,
             self.overruns,
             self.skipped_periods,
-            self.scans_unanswered,
+            self.scans_replaced,
             self.decisions
         )?;
         writeln!(f, "{} goals, {} reached, {:.1} m driven", self.goals, self.goals_reached, self.distance_m)?;

@@ -1,6 +1,6 @@
 //! The way from the last command to zero.
 
-use nav_core::guard::AGE_LIMIT_NS;
+use nav_core::guard::command_age_limit_ns;
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
 
@@ -39,10 +39,10 @@ impl Rest {
     }
 
     /// The next command towards zero: within the acceleration limits, or zero at once if `at_once`. Zero also when the
-    /// last command is older than any driver obeys: the robot stands by then, and a ramp would set it in motion again.
+    /// last command no longer counts for the base: the robot stands by then, and a ramp would set it in motion again.
     pub fn next(&self, now_ns: u64, at_once: bool) -> CmdVel {
         let silent_ns = now_ns.saturating_sub(self.sent_ns);
-        let at_once = at_once || silent_ns > (self.period_ns * 5 / 2).min(AGE_LIMIT_NS);
+        let at_once = at_once || silent_ns > command_age_limit_ns(self.period_ns);
         let (linear, angular) = if at_once { (f32::MAX, f32::MAX) } else { self.change };
         let mut command = self.last;
         command.linear_mps = towards_zero(command.linear_mps, linear);

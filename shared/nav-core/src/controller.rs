@@ -123,11 +123,14 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
         if status.faults & fault::STOPPING == 0 {
             let since_ns = now_ns.saturating_sub(self.last_tick_ns);
             let was_away = since_ns > self.task.control_period_ns() * 3 / 2;
-            // What the base does after a new goal or a pause of this program, only odometry knows.
-            if self.goal_id != Some(goal.id) || was_away {
-                self.goal_id = Some(goal.id);
+            // After a pause of this program only odometry knows what the base does. A new goal is no pause, unless
+            // the robot stands: then it may have been set down elsewhere.
+            let stands = odom.linear_mps == 0.0 && odom.angular_radps == 0.0;
+            let is_new = self.goal_id != Some(goal.id);
+            if was_away || self.goal_id.is_none() || (is_new && stands) {
                 self.guard.restart_from(odom.linear_mps, odom.angular_radps);
             }
+            self.goal_id = Some(goal.id);
             if scan.header.seq != self.last_scan_seq {
                 self.last_scan_seq = scan.header.seq;
                 self.navigator.observe(scan, odom, goal);

@@ -15,6 +15,14 @@ pub const ODOM_AGE_PERIODS: f64 = 5.0;
 /// No input may be older than this, ns, however long the period.
 pub const AGE_LIMIT_NS: u64 = 500_000_000;
 
+/// The age at which a command stops counting for the base, ns: five control periods or 100 ms, whichever is
+/// shorter, but two and a half periods at least, so that one late command does not stop a slow robot.
+pub const fn command_age_limit_ns(period_ns: u64) -> u64 {
+    let short = if 5 * period_ns < 100_000_000 { 5 * period_ns } else { 100_000_000 };
+    let least = 5 * period_ns / 2;
+    if short > least { short } else { least }
+}
+
 /// Failed beams side by side may not hide more than this, rad.
 pub const BLIND_MAX_RAD: f32 = TAU / 8.0;
 

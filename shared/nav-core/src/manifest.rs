@@ -119,12 +119,12 @@ impl core::fmt::Display for ManifestError {
         match self {
             Self::Format(found) => write!(
                 f,
-                "the manifest has format {found}, this build reads format {MANIFEST_FORMAT}: export the model \
+                "the manifest has format {found}, this build reads format {MANIFEST_FORMAT}: export the run \
                  again with this version's trainer"
             ),
             Self::Layout => f.write_str(
-                "the model was trained on another observation layout than this build encodes: export it again \
-                 with this version's trainer, or run it with the version that exported it",
+                "the model was trained on another observation layout than this build encodes: train and export one \
+                 with this version, or run it with the version that exported it",
             ),
             Self::Task(sentence) => write!(f, "the manifest's task makes no sense: {sentence}"),
             Self::Networks => {

@@ -18,7 +18,7 @@ use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Task}
 pub const LOW_OBSERVATION: usize = 2 * SECTOR_COUNT + 6 + 2 * SENT_COMMANDS;
 /// Length of the low-level action: forward speed and turning rate, each in [-1, 1].
 pub const LOW_ACTION: usize = 2;
-/// So many of the last commands are seen: as many as may be under way in training.
+/// So many of the last commands are seen: as many as are under way at most with the default disturbances.
 pub const SENT_COMMANDS: usize = 2;
 /// The sector changes span this many steps.
 pub const CHANGE_STEPS: usize = 3;

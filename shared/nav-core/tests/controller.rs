@@ -150,7 +150,26 @@ fn scans_of_another_geometry_and_blind_scans_are_refused() {
     }
 }
 
-/// What lock-step evaluation rests on: a new goal forgets everything, whatever was driven before.
+/// A waypoint after another: what left for the base before still counts, for the ramp and for the policy.
+#[test]
+fn a_new_goal_on_the_way_is_no_new_start() {
+    let task = Task::default();
+    let mut controller = controller(&task);
+    let mut last = 0.0;
+    for seq in 1..=60 {
+        // Each goal is another one, and odometry lags behind what is commanded.
+        let (scan, odom, goal) = messages(&task, seq, seq as u32);
+        let (command, status) =
+            controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        assert_eq!(status.state, RunState::Driving);
+        let change = command.linear_mps - if seq == 1 { 0.5 } else { last };
+        assert!(change.abs() <= 0.2 + 1e-6, "step {seq}: {last} to {}", command.linear_mps);
+        last = command.linear_mps;
+    }
+    assert!((last - 0.5).abs() > 0.2 + 1e-3, "{last}: from what odometry says it could not get here");
+}
+
+/// What lock-step evaluation rests on: a new goal of a robot that stands forgets everything, whatever was driven before.
 #[test]
 fn a_new_goal_is_a_new_life() {
     let task = Task::default();
@@ -160,7 +179,10 @@ fn a_new_goal_is_a_new_life() {
         used.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
     }
     for seq in 61..=160 {
-        let (scan, odom, goal) = messages(&task, seq, 2);
+        let (scan, mut odom, goal) = messages(&task, seq, 2);
+        if seq == 61 {
+            odom.linear_mps = 0.0;
+        }
         let inputs = Inputs { scan: &scan, odom: &odom, goal: &goal };
         let (a, b) = (used.tick(seq * PERIOD_NS, inputs), fresh.tick(seq * PERIOD_NS, inputs));
         assert_eq!(

@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn a_flat_policy_may_turn_about_in_a_trap_but_not_in_clutter() {
         let config = Config::default();
-        let low = LowScore { attempts: 1, reach: 1.0, collision: 0.0, spin: 0.0 };
+        let low = LowScore { attempts: 1, reach: 1.0, collision: 0.0 };
         let in_a_trap = [scored(Family::Clutter, 0.0), scored(Family::UTrap, 0.5)];
         let in_clutter = [scored(Family::Clutter, 0.5), scored(Family::UTrap, 0.0)];
         assert_eq!(missed(&config, &low, &in_a_trap, false), Vec::<String>::new());
