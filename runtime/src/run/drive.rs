@@ -101,17 +101,30 @@ impl<T: Tick> Loop<'_, T> {
         }
     }
 
+    /// Waits for a scan to begin with. By the clock it is one that comes while we wait, because the grid starts from
+    /// its arrival; one that lay there already does if no other follows within two periods.
     fn wait_for_first_scan(&mut self) -> Result<Option<End>, DriveError> {
         let started_ns = monotonic_ns();
-        while !self.ports.read()? {
-            let waited_ns = monotonic_ns() - started_ns;
+        self.ports.wait(Duration::ZERO)?;
+        let mut arrives = self.plan.pace == Pace::Scan;
+        let mut follows_until_ns = u64::MAX;
+        loop {
+            let is_new = self.ports.read()?;
+            let now_ns = monotonic_ns();
+            if (is_new && arrives) || now_ns > follows_until_ns {
+                break;
+            }
+            if is_new {
+                follows_until_ns = now_ns + 2 * self.period_ns;
+            }
+            let waited_ns = now_ns - started_ns;
             if let Some(reason) = self.stop.reason() {
                 return Ok(Some(End::StoppedWaiting(reason)));
             }
             if self.plan.idle_exit.is_some_and(|limit| waited_ns > as_ns(limit)) {
                 return Err(DriveError::NoScan { seconds: waited_ns as f64 / 1e9 });
             }
-            self.ports.wait(GLANCE)?;
+            arrives |= self.ports.wait(GLANCE)?;
         }
         self.heard_ns = monotonic_ns();
         Ok(None)
