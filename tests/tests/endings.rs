@@ -3,15 +3,13 @@
 
 mod support;
 
-use nav_core::controller::{Inputs, TickStatus};
 use nav_core::guard::command_age_limit_ns;
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
-use nav_core::task::Task;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, RobotName, RobotNode};
 use runtime::run::drive::drive;
 use runtime::run::live::Live;
-use runtime::run::plan::{DriveError, DrivePlan, End, Pace, Tick};
+use runtime::run::plan::{DriveError, DrivePlan, End, Pace};
 use runtime::run::ports::Ports;
 use runtime::run::record::Record;
 use runtime::run::stop::Stop;
@@ -20,27 +18,9 @@ use std::sync::mpsc;
 use std::thread::sleep;
 use std::time::Duration;
 use support::Stage;
+use support::stub::Stub;
 
 const PERIOD: Duration = Duration::from_millis(100);
-
-/// A controller that always commands the same speed.
-struct Stub {
-    task: Task,
-    ticks: u64,
-}
-
-impl Tick for Stub {
-    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
-        self.ticks += 1;
-        let header = Header { stamp_ns: now_ns, seq: self.ticks };
-        let scan_seq = inputs.scan.header.seq;
-        (CmdVel { header, scan_seq, linear_mps: 0.8, ..CmdVel::default() }, TickStatus::default())
-    }
-
-    fn task(&self) -> &Task {
-        &self.task
-    }
-}
 
 /// Publishes so many scans, a hundred a second, and leaves; says when the first is out.
 fn publish(config: &IpcConfig, scans: u64, begun: &mpsc::Sender<()>) {
@@ -91,9 +71,9 @@ fn driven(plan: DrivePlan, scans: u64) -> (Result<End, DriveError>, Vec<CmdVel>)
         let config = &config;
         scope.spawn(move || publish(config, scans, &begun));
         has_begun.recv().expect("scans come");
-        let mut stub = Stub { task: Task::default(), ticks: 0 };
+        let mut stub = Stub::new(|_| (0.8, 0.0));
         let (stop, live) = (Stop::default(), Live::default());
-        let mut record = Record::new(stub.task.control_period_ns());
+        let mut record = Record::new(PERIOD.as_nanos() as u64);
         let end = drive(&mut stub, &mut ports, &plan, &stop, &live, &mut record);
         ended.store(true, Ordering::Relaxed);
         (end, listener.join().expect("no panic"))

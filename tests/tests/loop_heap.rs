@@ -2,15 +2,13 @@
 
 mod support;
 
-use nav_core::controller::{Inputs, TickStatus};
-use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
-use nav_core::task::Task;
+use nav_core::messages::{Goal, Header, LaserScan, Odometry};
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, RobotName, RobotNode};
 use runtime::alloc::CheckedAllocator;
 use runtime::run::drive::drive;
 use runtime::run::live::Live;
-use runtime::run::plan::{DrivePlan, End, Pace, Tick};
+use runtime::run::plan::{DrivePlan, End, Pace};
 use runtime::run::ports::Ports;
 use runtime::run::record::Record;
 use runtime::run::stop::Stop;
@@ -18,32 +16,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use support::Stage;
+use support::stub::Stub;
 
 #[global_allocator]
 static ALLOCATOR: CheckedAllocator = CheckedAllocator;
-
-/// A controller that drives straight on, and allocates in every tenth tick if told to.
-struct Stub {
-    task: Task,
-    allocates: bool,
-    ticks: u64,
-}
-
-impl Tick for Stub {
-    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
-        self.ticks += 1;
-        if self.allocates && self.ticks.is_multiple_of(10) {
-            drop(std::hint::black_box(vec![self.ticks; 3]));
-        }
-        let header = Header { stamp_ns: now_ns, seq: self.ticks };
-        let command = CmdVel { header, scan_seq: inputs.scan.header.seq, ..CmdVel::default() };
-        (command, TickStatus::default())
-    }
-
-    fn task(&self) -> &Task {
-        &self.task
-    }
-}
 
 /// Publishes scans at 200 Hz until told to end.
 fn publisher(config: IpcConfig, ended: Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
@@ -82,7 +58,12 @@ fn heap_of_a_run(pace: Pace, allocates: bool) -> (Record, u64) {
         assert_no_alloc: false,
         period_ns: Some(5_000_000),
     };
-    let mut stub = Stub { task: Task::default(), allocates, ticks: 0 };
+    let mut stub = Stub::new(|tick| {
+        if allocates && tick.is_multiple_of(10) {
+            drop(std::hint::black_box(vec![tick; 3]));
+        }
+        (0.0, 0.0)
+    });
     let mut record = Record::new(5_000_000);
     let end = drive(&mut stub, &mut ports, &plan, &Stop::default(), &Live::default(), &mut record);
     assert_eq!(end.expect("a good run"), End::Duration);

@@ -2,42 +2,18 @@
 
 mod support;
 
-use nav_core::controller::{Inputs, TickStatus};
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
-use nav_core::task::Task;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, RobotName};
 use runtime::run::drive::drive;
 use runtime::run::live::Live;
-use runtime::run::plan::{DrivePlan, Pace, Tick};
+use runtime::run::plan::{DrivePlan, Pace};
 use runtime::run::ports::Ports;
 use runtime::run::record::Record;
 use runtime::run::stop::Stop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use support::Stage;
-
-/// Drives at full speed for a tick, then panics.
-struct Faulty {
-    task: Task,
-    ticks: u64,
-}
-
-impl Tick for Faulty {
-    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
-        self.ticks += 1;
-        assert!(self.ticks < 2, "a defect");
-        let header = Header { stamp_ns: now_ns, seq: self.ticks };
-        let scan_seq = inputs.scan.header.seq;
-        (
-            CmdVel { header, scan_seq, linear_mps: 1.0, angular_radps: 0.5, ..CmdVel::default() },
-            TickStatus::default(),
-        )
-    }
-
-    fn task(&self) -> &Task {
-        &self.task
-    }
-}
+use support::stub::Stub;
 
 #[test]
 fn the_last_command_of_a_loop_that_panics_is_zero() {
@@ -62,7 +38,11 @@ fn the_last_command_of_a_loop_that_panics_is_zero() {
         assert_no_alloc: false,
         period_ns: None,
     };
-    let mut faulty = Faulty { task: Task::default(), ticks: 0 };
+    // Drives at full speed for a tick, then panics.
+    let mut faulty = Stub::new(|tick| {
+        assert!(tick < 2, "a defect");
+        (1.0, 0.5)
+    });
     let mut record = Record::new(100_000_000);
     let driven = catch_unwind(AssertUnwindSafe(|| {
         drive(&mut faulty, &mut ports, &plan, &Stop::default(), &Live::default(), &mut record)

@@ -10,6 +10,7 @@ pub mod fixture;
 #[path = "../../../runtime/tests/support/onnx.rs"]
 pub mod onnx;
 pub mod programs;
+pub mod stub;
 
 use nav_ipc::{IpcConfig, RobotName, RobotNode};
 use std::path::{Path, PathBuf};
