@@ -42,7 +42,7 @@ pub struct LowReport {
 
 impl std::fmt::Display for LowReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let LowScore { attempts, reach, collision, .. } = self.all;
+        let LowScore { attempts, reach, collision } = self.all;
         let (reach, collision) = (100.0 * reach, 100.0 * collision);
         write!(f, "reaches {reach:.1} % of {attempts} random subgoals, collides in {collision:.1} %")?;
         for (place, (family, score)) in self.families.iter().enumerate() {
@@ -54,7 +54,8 @@ impl std::fmt::Display for LowReport {
     }
 }
 
-/// Drives greedily at random subgoals in validation worlds of every static family that the low level trains on.
+/// Drives greedily at random subgoals in validation worlds of every static family that the low level trains on, or of
+/// clutter where it trains on none.
 ///
 /// # Errors
 /// A network that the executor cannot hold.
@@ -88,7 +89,11 @@ fn score_family(config: &Config, family: Family, network: &mut ActingNetwork) ->
         let mut robot = LowRobot::new(low.clone(), places.clone(), &config.task, &config.disturbance, seed);
         // Each robot makes equally many, so that long attempts count as much as short ones.
         let mut left = ATTEMPTS / ROBOTS as usize;
-        while left > 0 {
+        // Far more steps than they take: where no subgoal can be found, the score says so by too few attempts.
+        for _ in 0..10 * left * config.low.subgoal_steps as usize {
+            if left == 0 {
+                break;
+            }
             let mut action = [0.0; LOW_ACTION];
             network.run(robot.observation(), &mut action);
             let is_random = !robot.target_is_goal();
