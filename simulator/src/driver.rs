@@ -9,7 +9,7 @@
 use nav_core::guard::command_age_limit_ns;
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
-use nav_sim::simulation::Twist;
+use nav_core::twist::Twist;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ impl Driver {
             stale_after_ns,
             command: CmdVel::default(),
             received_ns: 0,
-            last: Twist::default(),
+            last: Twist::ZERO,
             stale_steps: 0,
         }
     }
@@ -56,9 +56,8 @@ impl Driver {
         let fresh = self.command.header.is_received()
             && now_ns.saturating_sub(self.received_ns) <= self.stale_after_ns;
         self.stale_steps += u64::from(!fresh);
-        let CmdVel { linear_mps, angular_radps, .. } = self.command;
-        let finite = linear_mps.is_finite() && angular_radps.is_finite();
-        let wish = if fresh && finite { Twist { linear_mps, angular_radps } } else { Twist::default() };
+        let command = self.command.twist();
+        let wish = if fresh && command.is_finite() { command } else { Twist::ZERO };
         self.ramp_towards(wish)
     }
 
@@ -85,7 +84,7 @@ impl Driver {
     /// A new episode: the robot stands, and commands meant for the last one do not count.
     pub(crate) fn restart(&mut self) {
         self.command = CmdVel { header: self.command.header, ..CmdVel::default() };
-        self.last = Twist::default();
+        self.last = Twist::ZERO;
         self.stale_steps = 0;
     }
 

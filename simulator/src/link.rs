@@ -1,9 +1,10 @@
 //! The simulated robot's side of the topics, and the two ways in which time passes.
 
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, Status, fault};
+use nav_core::twist::Twist;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
-use nav_sim::simulation::{Simulation, Twist};
+use nav_sim::simulation::Simulation;
 use std::time::Duration;
 
 use crate::cli::Pace;

@@ -2,13 +2,13 @@
 
 mod support;
 
-use nav_core::controller::Inputs;
 use nav_core::geometry::Pose;
 use nav_core::messages::{Goal, Header, LaserScan, Odometry};
 use nav_core::task::Task;
+use nav_core::tick::{Inputs, Tick};
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split, generate, simulation_seed};
-use nav_sim::simulation::{Simulation, Twist};
+use nav_sim::simulation::Simulation;
 use runtime::model::Model;
 use std::sync::Arc;
 use support::programs::{Running, run};
@@ -42,8 +42,7 @@ fn in_process(stage: &Stage, family: Family, seed: u64, disturbance: &Disturbanc
             let goal = Goal { header, ..simulation.goal(episode as u32 + 1) };
             let (command, _) =
                 controller.tick(header.stamp_ns, Inputs { scan: &scan, odom: &odom, goal: &goal });
-            let target = Twist { linear_mps: command.linear_mps, angular_radps: command.angular_radps };
-            let outcome = simulation.step(target);
+            let outcome = simulation.step(command.twist());
             poses.push(simulation.pose());
             if outcome.is_over() {
                 break;

@@ -2,13 +2,14 @@
 
 use super::grid::Grid;
 use super::live::Live;
-use super::plan::{DriveError, DrivePlan, End, Pace, Tick};
+use super::plan::{DriveError, DrivePlan, End, Pace};
 use super::ports::Ports;
 use super::record::Record;
 use super::rest::Rest;
 use super::stop::Stop;
 use crate::alloc::{self, Counts};
 use nav_core::messages::{Header, Status};
+use nav_core::tick::Tick;
 use nav_ipc::clock::monotonic_ns;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! A line a second about the running loop, printed by a thread of its own: the loop only stores numbers.
 
-use nav_core::controller::TickStatus;
 use nav_core::messages::{CmdVel, RunState, fault};
+use nav_core::tick::TickStatus;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 use std::thread::JoinHandle;

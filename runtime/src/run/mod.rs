@@ -29,6 +29,7 @@ use crate::terminal::say;
 use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
+use nav_core::tick::Tick;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
 use plan::{DriveError, DrivePlan, End};
 use ports::Ports;

@@ -1,9 +1,6 @@
-//! The words of the loop: how it behaves, why it ends, and what it ticks.
+//! The words of the loop: how it behaves and why it ends.
 
 use super::stop::StopReason;
-use nav_core::controller::{Controller, Inputs, TickStatus};
-use nav_core::messages::CmdVel;
-use nav_core::task::Task;
 use nav_ipc::IpcError;
 use std::time::Duration;
 
@@ -81,22 +78,4 @@ pub enum DriveError {
     /// Shared memory.
     #[error(transparent)]
     Ipc(#[from] IpcError),
-}
-
-/// What is ticked; the controller, or a stand-in that measures the loop around it.
-pub trait Tick {
-    /// See [`Controller::tick`].
-    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus);
-    /// Limits and timing.
-    fn task(&self) -> &Task;
-}
-
-impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
-    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
-        Self::tick(self, now_ns, inputs)
-    }
-
-    fn task(&self) -> &Task {
-        Self::task(self)
-    }
 }

@@ -1,7 +1,7 @@
 //! The runtime's side of the topics, with the newest message of each.
 
-use nav_core::controller::Inputs;
 use nav_core::messages::{CmdVel, Goal, LaserScan, Odometry, Status};
+use nav_core::tick::Inputs;
 use nav_ipc::{IpcConfig, IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
 use std::time::Duration;
 

@@ -2,8 +2,8 @@
 
 use super::histogram::Histogram;
 use crate::alloc::Counts;
-use nav_core::controller::{Inputs, TickStatus};
 use nav_core::messages::{Header, Odometry, RunState, fault};
+use nav_core::tick::{Inputs, TickStatus};
 
 /// Number of states and fault bits that are counted.
 const STATES: usize = 4;

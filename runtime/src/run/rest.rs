@@ -3,6 +3,7 @@
 use nav_core::guard::command_age_limit_ns;
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
+use nav_core::twist::Twist;
 
 /// The last command that was sent, and how to come to rest from it.
 #[derive(Clone, Copy, Debug)]
@@ -10,16 +11,18 @@ pub struct Rest {
     last: CmdVel,
     sent_ns: u64,
     period_ns: u64,
-    /// Change in a period that the robot is allowed, m/s and rad/s.
-    change: (f32, f32),
+    /// Change in a period that the robot is allowed.
+    change: Twist,
 }
 
 impl Rest {
     /// Before the first command.
     pub fn new(task: &Task, period_ns: u64) -> Self {
         let (robot, period_s) = (&task.robot, period_ns as f32 / 1e9);
-        let change =
-            (robot.linear_acceleration_mps2 * period_s, robot.angular_acceleration_radps2 * period_s);
+        let change = Twist::new(
+            robot.linear_acceleration_mps2 * period_s,
+            robot.angular_acceleration_radps2 * period_s,
+        );
         Self { last: CmdVel::default(), sent_ns: 0, period_ns, change }
     }
 
@@ -35,7 +38,7 @@ impl Rest {
 
     /// Whether the last command was zero.
     pub fn is_reached(&self) -> bool {
-        self.last.linear_mps == 0.0 && self.last.angular_radps == 0.0
+        self.last.twist() == Twist::ZERO
     }
 
     /// The next command towards zero: within the acceleration limits, or zero at once if `at_once`. Zero also when the
@@ -43,10 +46,10 @@ impl Rest {
     pub fn next(&self, now_ns: u64, at_once: bool) -> CmdVel {
         let silent_ns = now_ns.saturating_sub(self.sent_ns);
         let at_once = at_once || silent_ns > command_age_limit_ns(self.period_ns);
-        let (linear, angular) = if at_once { (f32::MAX, f32::MAX) } else { self.change };
+        let change = if at_once { Twist::new(f32::MAX, f32::MAX) } else { self.change };
         let mut command = self.last;
-        command.linear_mps = towards_zero(command.linear_mps, linear);
-        command.angular_radps = towards_zero(command.angular_radps, angular);
+        command.linear_mps = towards_zero(command.linear_mps, change.linear_mps);
+        command.angular_radps = towards_zero(command.angular_radps, change.angular_radps);
         command.header.seq += 1;
         // A stamp goes on with the time that passed, whichever clock the last one was of.
         command.header.stamp_ns = command.header.stamp_ns.saturating_add(silent_ns.max(1));

@@ -2,39 +2,13 @@
 //! evaluation; training takes the same steps of the same navigator and guard with choices of its own.
 
 use crate::guard::Guard;
-use crate::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, fault};
-use crate::navigator::{DecisionReason, Navigator};
+use crate::messages::{CmdVel, Header, RunState, fault};
+use crate::navigator::Navigator;
 use crate::network::Network;
 use crate::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION, expand_candidates};
 use crate::task::{ACTION_COUNT, ACTION_GOAL, Task};
-
-/// Everything a tick reads: the newest message of each topic, `seq` 0 where none was ever received.
-#[derive(Clone, Copy, Debug)]
-pub struct Inputs<'a> {
-    /// The newest scan.
-    pub scan: &'a LaserScan,
-    /// The newest odometry.
-    pub odom: &'a Odometry,
-    /// The newest goal.
-    pub goal: &'a Goal,
-}
-
-/// What a tick did, small enough to copy around.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TickStatus {
-    /// What the controller is doing.
-    pub state: RunState,
-    /// [`fault`] bits.
-    pub faults: u32,
-    /// Why a decision was taken in this tick, if one was.
-    pub decided: Option<DecisionReason>,
-    /// The action being carried out (see [`crate::task`]).
-    pub action: usize,
-    /// Its subgoal, `odom` frame, m.
-    pub subgoal_m: (f32, f32),
-    /// Straight distance to the goal, m.
-    pub goal_distance_m: f32,
-}
+use crate::tick::{Inputs, Tick, TickStatus};
+use crate::twist::Twist;
 
 /// Two networks (or one: a flat policy always chooses GOAL), the navigator and the guard.
 ///
@@ -109,26 +83,26 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
             last_tick_ns: 0,
         })
     }
+}
 
-    /// One control tick at `now_ns` (monotonic): what to do now, and what happened.
-    ///
+impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
     /// Faulty input commands a ramp to zero in the same tick. The same scan seen twice is driven on with
     /// the guard's limits, without counting as a step of the policy.
-    pub fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
+    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
         let Inputs { scan, odom, goal } = inputs;
         let mut status = TickStatus { action: ACTION_GOAL, ..TickStatus::default() };
         status.faults =
             self.guard.inspect(now_ns, scan, odom, goal) | self.guard.inspect_scan(&self.navigator, scan);
-        let mut wish = (0.0, 0.0);
+        let mut wish = Twist::ZERO;
         if status.faults & fault::STOPPING == 0 {
             let since_ns = now_ns.saturating_sub(self.last_tick_ns);
             let was_away = since_ns > self.task.control_period_ns() * 3 / 2;
             // After a pause of this program only odometry knows what the base does. A new goal is no pause, unless
             // the robot stands: then it may have been set down elsewhere.
-            let stands = odom.linear_mps == 0.0 && odom.angular_radps == 0.0;
+            let stands = odom.twist() == Twist::ZERO;
             let is_new = self.goal_id != Some(goal.id);
             if was_away || self.goal_id.is_none() || (is_new && stands) {
-                self.guard.restart_from(odom.linear_mps, odom.angular_radps);
+                self.guard.restart_from(odom.twist());
             }
             self.goal_id = Some(goal.id);
             if scan.header.seq != self.last_scan_seq {
@@ -153,7 +127,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
             status.state = if only_missing { RunState::Ready } else { RunState::Stopped };
         }
         self.last_tick_ns = now_ns;
-        let (linear_mps, angular_radps, limited) = self.guard.limit(wish);
+        let (out, limited) = self.guard.limit(wish);
         status.faults |= limited;
         if limited & fault::NON_FINITE != 0 {
             status.state = RunState::Stopped;
@@ -166,8 +140,8 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
         self.commands += 1;
         let command = CmdVel {
             header: Header { stamp_ns: now_ns, seq: self.commands },
-            linear_mps,
-            angular_radps,
+            linear_mps: out.linear_mps,
+            angular_radps: out.angular_radps,
             scan_seq: scan.header.seq,
             faults: status.faults,
             reserved: 0,
@@ -175,9 +149,15 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
         (command, status)
     }
 
+    fn task(&self) -> &Task {
+        &self.task
+    }
+}
+
+impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
     /// Decides if a decision is due, then asks the low level. A value that is not finite falls back to a NaN
     /// wish, which the guard turns into a named stop.
-    fn act(&mut self, status: &mut TickStatus) -> (f32, f32) {
+    fn act(&mut self, status: &mut TickStatus) -> Twist {
         if let Some(reason) = self.navigator.decision_due() {
             status.decided = Some(reason);
             let action = match &mut self.high {
@@ -190,7 +170,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
                     expand_candidates(observation, &mut self.candidates);
                     high.run(&self.candidates, &mut self.values);
                     let Some(action) = mask.best(&self.values, self.task.decision.deviation_margin) else {
-                        return (f32::NAN, f32::NAN);
+                        return Twist::new(f32::NAN, f32::NAN);
                     };
                     self.navigator.commit(action);
                     action
@@ -199,17 +179,12 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
             status.action = action;
         }
         if self.navigator.is_waiting() {
-            return (0.0, 0.0);
+            return Twist::ZERO;
         }
         self.navigator.encode_low(self.guard.sent(), &mut self.low_observation);
         let mut action = [0.0; LOW_ACTION];
         self.low.run(&self.low_observation, &mut action);
         self.navigator.decode_low(action)
-    }
-
-    /// The task.
-    pub fn task(&self) -> &Task {
-        &self.task
     }
 
     /// The navigator, for pictures and records.

@@ -1,5 +1,6 @@
 //! Planar geometry: angles and poses. Counter-clockwise positive, x forward, radians and metres.
 
+use crate::twist::Twist;
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Point2, Vector2};
 
@@ -56,13 +57,13 @@ impl Pose {
         libm::atan2f(target.y - self.y_m, target.x - self.x_m)
     }
 
-    /// The pose after moving with constant velocities (m/s, rad/s) for `dt_s` along the exact arc.
-    pub fn advanced(&self, linear_mps: f32, angular_radps: f32, dt_s: f32) -> Self {
-        let turn_rad = angular_radps * dt_s;
+    /// The pose after moving with a constant velocity for `dt_s` along the exact arc.
+    pub fn advanced(&self, velocity: Twist, dt_s: f32) -> Self {
+        let turn_rad = velocity.angular_radps * dt_s;
         // sinc keeps the arc exact and smooth through zero turn.
         let half = 0.5 * turn_rad;
         let sinc = if half.abs() < 1e-4 { 1.0 - half * half / 6.0 } else { libm::sinf(half) / half };
-        let chord_m = linear_mps * dt_s * sinc;
+        let chord_m = velocity.linear_mps * dt_s * sinc;
         let course_rad = self.yaw_rad + half;
         Self {
             x_m: self.x_m + chord_m * libm::cosf(course_rad),
@@ -105,7 +106,7 @@ mod tests {
     fn a_full_circle_returns_home() {
         let mut pose = Pose::new(0.0, 0.0, 0.3);
         for _ in 0..100 {
-            pose = pose.advanced(1.0, core::f32::consts::TAU / 10.0, 0.1);
+            pose = pose.advanced(Twist::new(1.0, TAU / 10.0), 0.1);
         }
         assert!(pose.position().coords.norm() < 1e-3, "{pose:?}");
     }

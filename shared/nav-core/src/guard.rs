@@ -6,6 +6,7 @@ use crate::navigator::Navigator;
 use crate::observation::Sent;
 use crate::scan::VALID_BEAM_SHARE_MIN;
 use crate::task::Task;
+use crate::twist::Twist;
 use core::f32::consts::TAU;
 
 /// A scan older than this many control periods is stale.
@@ -96,46 +97,40 @@ impl Guard {
         if navigator.accepts(scan) && enough { 0 } else { fault::BAD_SCAN }
     }
 
-    /// Cuts a wish (m/s, rad/s) to the limits of speed and acceleration; a wish that is not finite is zero.
-    /// Returns what may leave, and why it differs as [`fault`] bits.
-    pub fn limit(&mut self, wish: (f32, f32)) -> (f32, f32, u32) {
+    /// Cuts a wish to the limits of speed and acceleration; a wish that is not finite is zero. Returns what may
+    /// leave, and why it differs as [`fault`] bits.
+    pub fn limit(&mut self, wish: Twist) -> (Twist, u32) {
         let robot = &self.task.robot;
         let mut faults = 0;
-        let (mut linear, mut angular) = wish;
-        if !linear.is_finite() || !angular.is_finite() {
+        let mut finite = wish;
+        if !wish.is_finite() {
             faults |= fault::NON_FINITE;
-            (linear, angular) = (0.0, 0.0);
+            finite = Twist::ZERO;
         }
-        let speed = (
-            linear.clamp(0.0, robot.linear_max_mps),
-            angular.clamp(-robot.angular_max_radps, robot.angular_max_radps),
-        );
-        if speed != (linear, angular) {
+        let speed = finite.limited(robot);
+        if speed != finite {
             faults |= fault::SPEED_LIMITED;
         }
         let step = |last: f32, wish: f32, rate: f32| {
             let change = rate * self.task.control_period_s;
             wish.clamp(last - change, last + change)
         };
-        let out = (
-            step(self.sent[0].0, speed.0, robot.linear_acceleration_mps2),
-            step(self.sent[0].1, speed.1, robot.angular_acceleration_radps2),
-        );
+        let last = self.sent[0];
+        let out = Twist {
+            linear_mps: step(last.linear_mps, speed.linear_mps, robot.linear_acceleration_mps2),
+            angular_radps: step(last.angular_radps, speed.angular_radps, robot.angular_acceleration_radps2),
+        };
         if out != speed {
             faults |= fault::ACCELERATION_LIMITED;
         }
         self.sent.rotate_right(1);
         self.sent[0] = out;
-        (out.0, out.1, faults)
+        (out, faults)
     }
 
-    /// Starts afresh from a measured velocity (m/s, rad/s): after a new goal, or a reset of the base.
-    pub fn restart_from(&mut self, linear_mps: f32, angular_radps: f32) {
-        let robot = &self.task.robot;
-        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-        let linear = finite(linear_mps).clamp(0.0, robot.linear_max_mps);
-        let angular = finite(angular_radps).clamp(-robot.angular_max_radps, robot.angular_max_radps);
-        self.sent.fill((linear, angular));
+    /// Starts afresh from a measured velocity: after a new goal, or a reset of the base.
+    pub fn restart_from(&mut self, measured: Twist) {
+        self.sent.fill(measured.limited(&self.task.robot));
     }
 
     /// The last commands that left; after a restart, what the base was measured to do.
@@ -244,17 +239,18 @@ mod tests {
     #[test]
     fn wishes_are_cut_to_the_limits() {
         let mut guard = Guard::new(&Task::default());
-        let (linear, angular, faults) = guard.limit((9.0, -9.0));
-        assert!((linear - 0.2).abs() < 1e-6 && (angular + 0.4).abs() < 1e-6);
+        let (out, faults) = guard.limit(Twist::new(9.0, -9.0));
+        assert!((out.linear_mps - 0.2).abs() < 1e-6 && (out.angular_radps + 0.4).abs() < 1e-6);
         assert_eq!(faults, fault::SPEED_LIMITED | fault::ACCELERATION_LIMITED);
         for _ in 0..20 {
-            guard.limit((9.0, -9.0));
+            guard.limit(Twist::new(9.0, -9.0));
         }
-        assert_eq!(guard.limit((1.0, -1.0)), (1.0, -1.0, 0));
-        let (linear, angular, faults) = guard.limit((f32::NAN, 0.0));
-        assert!(linear < 1.0 && faults & fault::NON_FINITE != 0, "a ramp to zero, named");
-        assert_eq!(guard.sent(), &[(linear, angular), (1.0, -1.0)], "what left, newest first");
-        guard.restart_from(0.5, -0.25);
-        assert_eq!(guard.sent(), &[(0.5, -0.25); 2]);
+        let full = Twist::new(1.0, -1.0);
+        assert_eq!(guard.limit(full), (full, 0));
+        let (out, faults) = guard.limit(Twist::new(f32::NAN, 0.0));
+        assert!(out.linear_mps < 1.0 && faults & fault::NON_FINITE != 0, "a ramp to zero, named");
+        assert_eq!(guard.sent(), &[out, full], "what left, newest first");
+        guard.restart_from(Twist::new(0.5, -0.25));
+        assert_eq!(guard.sent(), &[Twist::new(0.5, -0.25); 2]);
     }
 }

@@ -6,14 +6,15 @@
 //!
 //! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for), then
 //! [`scan`] → [`local_map`] → [`geodesic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
-//! (when it decides), [`network`] (how it is evaluated), [`guard`] (what may leave), [`controller`] (all of
-//! it: the tick); [`reward`] and [`metrics`] judge the result, [`manifest`] says what a model is.
+//! (when it decides), [`network`] (how it is evaluated), [`guard`] (what may leave), [`tick`] and [`controller`]
+//! (all of it: the tick); [`reward`] and [`metrics`] judge the result, [`manifest`] says what a model is.
 #![no_std]
 
 pub mod geometry;
 pub mod messages;
 pub mod task;
 pub mod topics;
+pub mod twist;
 
 mod closing;
 pub mod geodesic;
@@ -26,6 +27,7 @@ pub mod subgoal;
 pub mod controller;
 pub mod guard;
 pub mod network;
+pub mod tick;
 
 pub mod manifest;
 pub mod metrics;

@@ -5,6 +5,7 @@
 //! [`crate::topics`] says who writes which, and under which type name it travels.
 
 use crate::geometry::Pose;
+use crate::twist::Twist;
 
 /// The most beams that a scan can hold.
 pub const MAX_BEAMS: usize = 1440;
@@ -99,6 +100,13 @@ pub struct Odometry {
     pub reserved: u32,
 }
 
+impl Odometry {
+    /// The measured velocity.
+    pub const fn twist(&self) -> Twist {
+        Twist::new(self.linear_mps, self.angular_radps)
+    }
+}
+
 /// Where to go, in the `odom` frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
@@ -131,6 +139,13 @@ pub struct CmdVel {
     pub faults: u32,
     /// Keeps the layout free of hidden padding; always 0.
     pub reserved: u32,
+}
+
+impl CmdVel {
+    /// The commanded velocity.
+    pub const fn twist(&self) -> Twist {
+        Twist::new(self.linear_mps, self.angular_radps)
+    }
 }
 
 /// What the runtime is doing, once a tick.

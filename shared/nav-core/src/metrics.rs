@@ -220,12 +220,13 @@ impl EpisodeRecorder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::twist::Twist;
 
     fn drive(steps: u32, linear_mps: f32, angular_radps: f32) -> EpisodeRecorder {
         let mut recorder = EpisodeRecorder::new(Pose::default(), 0.1);
         let mut pose = Pose::default();
         for _ in 0..steps {
-            pose = pose.advanced(linear_mps, angular_radps, 0.1);
+            pose = pose.advanced(Twist::new(linear_mps, angular_radps), 0.1);
             recorder.step(&StepTruth { pose, linear_mps, clearance_m: 1.0, time_to_collision_s: 4.0 });
         }
         recorder

@@ -14,11 +14,13 @@ use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local_map::LocalMap;
 use crate::messages::{Goal, LaserScan, Odometry};
 use crate::observation::{
-    CHANGE_STEPS, Compression, HIGH_OBSERVATION, LOW_OBSERVATION, Motion, Sent, Target, encode_low,
+    CHANGE_STEPS, Compression, HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION, Motion, Sent, Target,
+    encode_low,
 };
 use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
 use crate::subgoal::Candidates;
 use crate::task::{DIRECTION_COUNT, Memory, Task};
+use crate::twist::Twist;
 
 /// The map takes every second scan.
 const MAP_EVERY: u32 = 2;
@@ -39,8 +41,7 @@ pub struct Navigator {
     map: LocalMap,
     geodesic: Geodesic,
     pose: Pose,
-    linear_mps: f32,
-    angular_radps: f32,
+    velocity: Twist,
     goal: Point,
     goal_radius_m: f32,
     goal_id: Option<u32>,
@@ -73,8 +74,7 @@ impl Navigator {
             map: LocalMap::new(Point::origin()),
             geodesic: Geodesic::default(),
             pose: Pose::default(),
-            linear_mps: 0.0,
-            angular_radps: 0.0,
+            velocity: Twist::ZERO,
             goal: Point::origin(),
             goal_radius_m: task.goal_radius_m,
             goal_id: None,
@@ -101,8 +101,7 @@ impl Navigator {
     /// Takes in one step's messages. A goal of a new id forgets everything of the last one.
     pub fn observe(&mut self, scan: &LaserScan, odom: &Odometry, goal: &Goal) {
         self.pose = odom.pose;
-        self.linear_mps = odom.linear_mps;
-        self.angular_radps = odom.angular_radps;
+        self.velocity = odom.twist();
         self.goal = Point::new(goal.x_m, goal.y_m);
         self.goal_radius_m = goal.radius_m;
         let is_new = self.goal_id != Some(goal.id);
@@ -223,13 +222,13 @@ impl Navigator {
             bearing_rad: wrap_angle(self.pose.bearing_to(target) - self.pose.yaw_rad),
         };
         let (now, before) = (&self.clearance[0], &self.clearance[CHANGE_STEPS]);
-        let motion = Motion { measured: (self.linear_mps, self.angular_radps), sent: *sent };
+        let motion = Motion { measured: self.velocity, sent: *sent };
         encode_low(&self.task, now, before, target, &motion, observation);
     }
 
-    /// What a low-level action in [-1, 1] means: (m/s, rad/s).
-    pub fn decode_low(&self, action: [f32; 2]) -> (f32, f32) {
+    /// What a low-level action in [-1, 1] means.
+    pub fn decode_low(&self, action: [f32; LOW_ACTION]) -> Twist {
         let robot = &self.task.robot;
-        (0.5 * (action[0] + 1.0) * robot.linear_max_mps, action[1] * robot.angular_max_radps)
+        Twist::new(0.5 * (action[0] + 1.0) * robot.linear_max_mps, action[1] * robot.angular_max_radps)
     }
 }

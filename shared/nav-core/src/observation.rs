@@ -13,6 +13,7 @@
 
 use crate::scan::SECTOR_COUNT;
 use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Task};
+use crate::twist::Twist;
 
 /// Length of the low-level observation.
 pub const LOW_OBSERVATION: usize = 2 * SECTOR_COUNT + 6 + 2 * SENT_COMMANDS;
@@ -66,14 +67,14 @@ pub struct Target {
     pub bearing_rad: f32,
 }
 
-/// The last commands that left for the base, (m/s, rad/s), newest first.
-pub type Sent = [(f32, f32); SENT_COMMANDS];
+/// The last commands that left for the base, newest first.
+pub type Sent = [Twist; SENT_COMMANDS];
 
 /// How the robot moves, and is about to move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Measured forward speed and turning rate, m/s and rad/s.
-    pub measured: (f32, f32),
+    /// By odometry.
+    pub measured: Twist,
     /// See [`Sent`].
     pub sent: Sent,
 }
@@ -98,9 +99,9 @@ pub fn encode_low(
     rest[2] = libm::sinf(target.bearing_rad);
     rest[3] = libm::cosf(target.bearing_rad);
     let velocities = core::iter::once(&motion.measured).chain(&motion.sent);
-    for (shares, (linear_mps, angular_radps)) in rest[4..].chunks_exact_mut(2).zip(velocities) {
-        shares[0] = linear_mps / task.robot.linear_max_mps;
-        shares[1] = angular_radps / task.robot.angular_max_radps;
+    for (shares, velocity) in rest[4..].chunks_exact_mut(2).zip(velocities) {
+        shares[0] = velocity.linear_mps / task.robot.linear_max_mps;
+        shares[1] = velocity.angular_radps / task.robot.angular_max_radps;
     }
 }
 
@@ -289,7 +290,8 @@ mod tests {
         (task.robot.linear_max_mps, task.robot.angular_max_radps) = (2.0, 4.0);
         let (now, before) = ([0.5; SECTOR_COUNT], [0.25; SECTOR_COUNT]);
         let target = Target { distance_m: 1.0, bearing_rad: 0.0 };
-        let motion = Motion { measured: (1.0, -1.0), sent: [(1.5, 2.0), (0.5, 4.0)] };
+        let sent = [Twist::new(1.5, 2.0), Twist::new(0.5, 4.0)];
+        let motion = Motion { measured: Twist::new(1.0, -1.0), sent };
         let mut observation = [f32::NAN; LOW_OBSERVATION];
         encode_low(&task, &now, &before, target, &motion, &mut observation);
         let expected = [0.2, libm::expf(-1.0), 0.0, 1.0, 0.5, -0.25, 0.75, 0.5, 0.25, 1.0];

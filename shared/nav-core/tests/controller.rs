@@ -1,11 +1,12 @@
 //! The tick as a whole, with small fixed networks.
 
-use nav_core::controller::{Controller, Inputs};
+use nav_core::controller::Controller;
 use nav_core::geometry::Pose;
 use nav_core::messages::{Goal, Header, LaserScan, MAX_BEAMS, Odometry, RunState, fault};
 use nav_core::network::{Activation, CpuLevel, Layer, MlpSpec, MlpWeights, Network};
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION};
 use nav_core::task::{ACTION_COUNT, ACTION_GOAL, Task};
+use nav_core::tick::{Inputs, Tick};
 
 const PERIOD_NS: u64 = 100_000_000;
 

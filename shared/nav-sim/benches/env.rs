@@ -20,9 +20,10 @@ use nav_core::messages::LaserScan;
 use nav_core::navigator::Navigator;
 use nav_core::observation::LOW_OBSERVATION;
 use nav_core::task::Task;
+use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split, generate};
-use nav_sim::simulation::{Simulation, Twist};
+use nav_sim::simulation::Simulation;
 use nav_sim::world::{Bounds, Segment, World};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -44,8 +45,7 @@ impl Roamer {
     fn command(&mut self, guard: &mut Guard) -> Twist {
         let change: f32 = self.rng.random_range(-0.3..0.3);
         self.turn_radps = (self.turn_radps + change).clamp(-1.0, 1.0);
-        let (linear_mps, angular_radps, _) = guard.limit((0.6, self.turn_radps));
-        Twist { linear_mps, angular_radps }
+        guard.limit(Twist::new(0.6, self.turn_radps)).0
     }
 }
 
@@ -62,7 +62,7 @@ fn round(worlds: &[Arc<World>], task: &Task, observed: bool) -> f64 {
     for _ in 0..STEPS {
         if simulation.step(roamer.command(&mut guard)).is_over() {
             episode += 1;
-            guard.restart_from(0.0, 0.0);
+            guard.restart_from(Twist::ZERO);
             simulation.reset(Arc::clone(&worlds[episode as usize % worlds.len()]), u64::from(episode));
         }
         simulation.scan(&mut scan);

@@ -3,6 +3,7 @@
 use crate::disturbance::{DrawnDisturbance, LATENCY_MAX_STEPS};
 use nav_core::geometry::{Pose, Vector};
 use nav_core::task::{Robot, Task};
+use nav_core::twist::Twist;
 
 /// The fewest parts into which a control period is split for motion and collision checks.
 const SUBSTEPS_MIN: u32 = 2;
@@ -10,28 +11,6 @@ const SUBSTEPS_MIN: u32 = 2;
 const SUBSTEPS_MAX: u32 = 64;
 /// Slots for commands on their way.
 const QUEUE_LEN: usize = LATENCY_MAX_STEPS as usize + 1;
-
-/// A velocity of the base.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Twist {
-    /// Forward speed, m/s.
-    pub linear_mps: f32,
-    /// Turning rate, counter-clockwise, rad/s.
-    pub angular_radps: f32,
-}
-
-impl Twist {
-    /// Cut to what a robot can do: forward in [0, max], turning either way. What is not finite becomes 0, as
-    /// a motor driver would do.
-    pub fn limited(self, robot: &Robot) -> Self {
-        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-        Self {
-            linear_mps: finite(self.linear_mps).clamp(0.0, robot.linear_max_mps),
-            angular_radps: finite(self.angular_radps)
-                .clamp(-robot.angular_max_radps, robot.angular_max_radps),
-        }
-    }
-}
 
 /// The moving base.
 #[derive(Clone, Debug)]
@@ -59,9 +38,9 @@ impl Base {
         Self {
             robot: task.robot,
             pose,
-            velocity: Twist::default(),
-            target: Twist::default(),
-            queue: [Twist::default(); QUEUE_LEN],
+            velocity: Twist::ZERO,
+            target: Twist::ZERO,
+            queue: [Twist::ZERO; QUEUE_LEN],
             queue_at: 0,
             latency_steps: disturbance.latency_steps.min(LATENCY_MAX_STEPS) as usize,
             gain: disturbance.velocity_gain,
@@ -100,7 +79,7 @@ impl Base {
                 self.robot.angular_acceleration_radps2,
             ),
         };
-        self.pose = self.pose.advanced(self.velocity.linear_mps, self.velocity.angular_radps, self.substep_s);
+        self.pose = self.pose.advanced(self.velocity, self.substep_s);
     }
 
     /// True pose in the world.

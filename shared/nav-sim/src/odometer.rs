@@ -1,8 +1,8 @@
 //! Wheel odometry with drift.
 
 use crate::disturbance::DrawnDisturbance;
-use crate::dynamics::Twist;
 use nav_core::geometry::Pose;
+use nav_core::twist::Twist;
 
 /// What wheel odometry believes. At reset the `odom` frame coincides with the world frame.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ impl Odometer {
     pub fn new(disturbance: &DrawnDisturbance, pose: Pose) -> Self {
         Self {
             pose,
-            velocity: Twist::default(),
+            velocity: Twist::ZERO,
             scale: 1.0 + disturbance.odometry_scale,
             turn_radpm: disturbance.odometry_turn_radpm,
         }
@@ -30,7 +30,7 @@ impl Odometer {
             linear_mps: self.scale * velocity.linear_mps,
             angular_radps: velocity.angular_radps + self.turn_radpm * velocity.linear_mps.abs(),
         };
-        self.pose = self.pose.advanced(self.velocity.linear_mps, self.velocity.angular_radps, dt_s);
+        self.pose = self.pose.advanced(self.velocity, dt_s);
     }
 
     /// Believed `odom_from_robot`.

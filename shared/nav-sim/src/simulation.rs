@@ -13,7 +13,6 @@
 use crate::collision::{time_to_disc_s, time_to_segment_s};
 use crate::disturbance::{Disturbance, DrawnDisturbance};
 use crate::dynamics::Base;
-pub use crate::dynamics::Twist;
 use crate::lidar::{Lidar, measure};
 use crate::obstacles::Obstacles;
 use crate::odometer::Odometer;
@@ -22,6 +21,7 @@ use crate::world::{Disc, World};
 use nav_core::geometry::{Point, Pose, Vector};
 use nav_core::messages::{Goal, Header, LaserScan, Odometry};
 use nav_core::task::Task;
+use nav_core::twist::Twist;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;

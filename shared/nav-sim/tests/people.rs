@@ -4,8 +4,9 @@ mod common;
 
 use nav_core::geometry::{Point, Pose};
 use nav_core::task::Task;
+use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
-use nav_sim::simulation::{Outcome, Simulation, Twist};
+use nav_sim::simulation::{Outcome, Simulation};
 use nav_sim::world::{Disc, Person, Polygon, Segment, WalkModel, World};
 use std::sync::Arc;
 
@@ -26,7 +27,7 @@ fn rounds(simulation: &mut Simulation, steps: u32) -> Vec<u32> {
     let mut counts = vec![0; people.len()];
     let mut next = vec![0; people.len()];
     for _ in 0..steps {
-        simulation.step(Twist::default());
+        simulation.step(Twist::ZERO);
         for (index, person) in people.iter().enumerate() {
             if (simulation.people()[index].position - person.waypoints[next[index]]).norm() < 0.5 {
                 next[index] = (next[index] + 1) % person.waypoints.len();
@@ -62,7 +63,7 @@ fn who_yields_waits_for_a_robot_that_it_sees_and_walks_into_one_that_it_does_not
     for sees_robot in [true, false] {
         let person = common::walker((6.0, 9.5), (0.5, 9.5), WalkModel::ScriptedYielding, sees_robot);
         let mut simulation = simulation(world(vec![person]), 0);
-        let hit = (0..300).any(|_| simulation.step(Twist::default()) == Outcome::Collided);
+        let hit = (0..300).any(|_| simulation.step(Twist::ZERO) == Outcome::Collided);
         assert_eq!(hit, !sees_robot);
     }
 }
@@ -78,7 +79,7 @@ fn people_who_avoid_pass_each_other_and_a_standing_robot() {
             let mut simulation = simulation(World { start: Pose::new(3.0, 5.0, 0.0), ..world(people) }, seed);
             let mut passed = false;
             for _ in 0..200 {
-                assert_eq!(simulation.step(Twist::default()), Outcome::Running, "{model:?} hit the robot");
+                assert_eq!(simulation.step(Twist::ZERO), Outcome::Running, "{model:?} hit the robot");
                 let [a, b] = simulation.people() else { panic!("two people") };
                 let gap_m = (a.position - b.position).norm() - a.radius_m - b.radius_m;
                 assert!(gap_m > -0.02, "{model:?} overlap by {gap_m}");
@@ -94,7 +95,7 @@ fn people_who_do_not_see_the_robot_walk_into_it() {
     for model in [WalkModel::Scripted, WalkModel::ScriptedYielding, WalkModel::SocialForce, WalkModel::Orca] {
         let person = common::walker((9.0, 5.0), (1.0, 5.0), model, false);
         let mut simulation = simulation(World { start: Pose::new(5.0, 5.0, 0.0), ..world(vec![person]) }, 1);
-        let hit = (0..300).any(|_| simulation.step(Twist::default()) == Outcome::Collided);
+        let hit = (0..300).any(|_| simulation.step(Twist::ZERO) == Outcome::Collided);
         assert!(hit && simulation.hit_while_standing(), "{model:?}");
     }
 }
@@ -121,7 +122,7 @@ fn people_who_avoid_stay_out_of_obstacles_in_a_dense_crowd() {
         let mut before: Vec<Point> = simulation.people().iter().map(|person| person.position).collect();
         let mut watched = 0;
         for step in 0..600 {
-            if simulation.step(Twist::default()).is_over() {
+            if simulation.step(Twist::ZERO).is_over() {
                 break;
             }
             watched = step;
@@ -143,7 +144,7 @@ fn people_on_top_of_each_other_walk_apart_the_same_way_each_time() {
         let person = common::walker((5.0, 5.0), (1.0, 5.0), WalkModel::Orca, false);
         let mut simulation = simulation(world(vec![person.clone(), person.clone(), person]), seed);
         for _ in 0..40 {
-            simulation.step(Twist::default());
+            simulation.step(Twist::ZERO);
         }
         simulation.people().iter().map(|person| person.position).collect::<Vec<_>>()
     };
@@ -161,7 +162,7 @@ fn a_world_of_odd_people_is_survived() {
     single.waypoints.truncate(1);
     let mut simulation = simulation(world(vec![nowhere, single]), 0);
     for _ in 0..200 {
-        simulation.step(Twist::default());
+        simulation.step(Twist::ZERO);
     }
     let [nowhere, single] = simulation.people() else { panic!("two people") };
     assert!((nowhere.position - Point::new(5.0, 5.0)).norm() < 0.3, "{nowhere:?}");
@@ -194,7 +195,7 @@ fn two_streams_pass_each_other_in_a_passage() {
     let mut crossings = vec![0; 12];
     let mut side: Vec<bool> = simulation.people().iter().map(|person| person.position.x > 5.0).collect();
     for _ in 0..900 {
-        simulation.step(Twist::default());
+        simulation.step(Twist::ZERO);
         for (index, person) in simulation.people().iter().enumerate() {
             let is_past = if side[index] { person.position.x < 3.0 } else { person.position.x > 7.0 };
             if is_past {

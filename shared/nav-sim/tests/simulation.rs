@@ -5,8 +5,9 @@ mod common;
 use nav_core::geometry::{Point, Pose};
 use nav_core::messages::LaserScan;
 use nav_core::task::{Robot, Task};
+use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
-use nav_sim::simulation::{Outcome, Simulation, Twist};
+use nav_sim::simulation::{Outcome, Simulation};
 use nav_sim::world::{Bounds, Disc, Polygon, Segment, WalkModel, World};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -68,10 +69,10 @@ fn sensor_noise_does_not_change_what_people_do() {
         (simulation(busy_world(), &noisy, 4), simulation(busy_world(), &Disturbance::none(), 4));
     let mut scan = LaserScan::default();
     for _ in 0..200 {
-        a.step(Twist::default());
+        a.step(Twist::ZERO);
         a.scan(&mut scan);
         a.scan(&mut scan);
-        b.step(Twist::default());
+        b.step(Twist::ZERO);
         assert_eq!(a.people(), b.people());
     }
 }
@@ -85,7 +86,7 @@ fn a_scan_asked_twice_is_the_same_and_the_next_step_is_another() {
     simulation.scan(&mut again);
     assert_eq!(bits(&first), bits(&again));
     assert_eq!((first.header.seq, first.header.stamp_ns), (1, 100_000_000));
-    simulation.step(Twist::default());
+    simulation.step(Twist::ZERO);
     simulation.scan(&mut again);
     assert_ne!(bits(&first), bits(&again));
     assert_eq!((again.header.seq, again.header.stamp_ns), (2, 200_000_000));
@@ -103,8 +104,8 @@ fn noise_and_dropout_are_as_strong_as_asked() {
     let (mut a, mut b) = (LaserScan::default(), LaserScan::default());
     let (mut squares, mut hits, mut lost, mut beams) = (0.0_f64, 0_u32, 0_u32, 0_u32);
     for _ in 0..300 {
-        noisy.step(Twist::default());
-        clean.step(Twist::default());
+        noisy.step(Twist::ZERO);
+        clean.step(Twist::ZERO);
         noisy.scan(&mut a);
         clean.scan(&mut b);
         for (&noisy_m, &clean_m) in a.ranges_m().iter().zip(b.ranges_m()) {
@@ -135,7 +136,7 @@ fn velocities_and_accelerations_stay_within_the_limits() {
             Twist { linear_mps: rng.random_range(-9.0..9.0), angular_radps: rng.random_range(-9.0..9.0) };
         if simulation.step(command).is_over() {
             simulation.reset(Arc::clone(simulation.world()), 0);
-            before = Twist::default();
+            before = Twist::ZERO;
             continue;
         }
         let now = simulation.velocity();
@@ -226,7 +227,7 @@ fn episodes_end_by_goal_and_by_time_and_then_stand_still() {
     assert_eq!((reaching.pose(), reaching.steps()), (pose, steps));
 
     let mut waiting = simulation(common::room(10.0), &Disturbance::none(), 0);
-    let outcomes: Vec<Outcome> = (0..500).map(|_| waiting.step(Twist::default())).collect();
+    let outcomes: Vec<Outcome> = (0..500).map(|_| waiting.step(Twist::ZERO)).collect();
     assert!(outcomes[..499].iter().all(|outcome| !outcome.is_over()));
     assert!(outcomes[499].is_truncated() && !outcomes[499].is_terminated());
     assert!((waiting.time_s() - 50.0).abs() < 1e-3);
@@ -237,14 +238,14 @@ fn who_is_run_over_while_standing_is_told_apart() {
     let people = vec![common::walker((5.0, 1.0), (0.5, 1.0), WalkModel::Scripted, false)];
     let mut simulation = simulation(World { people, ..common::room(10.0) }, &Disturbance::none(), 0);
     assert!((simulation.time_to_collision_s()).is_infinite(), "nobody moves yet");
-    simulation.step(Twist::default());
+    simulation.step(Twist::ZERO);
     let expected_s = (5.0 - 0.08 - 1.0 - 0.45) / 0.8;
     assert!(
         (simulation.time_to_collision_s() - expected_s).abs() < 1e-3,
         "{}",
         simulation.time_to_collision_s()
     );
-    while simulation.step(Twist::default()) == Outcome::Running {}
+    while simulation.step(Twist::ZERO) == Outcome::Running {}
     assert_eq!(simulation.outcome(), Outcome::Collided);
     assert!(simulation.hit_while_standing());
     assert!(simulation.time_to_collision_s() <= 0.0, "it is here");

@@ -1,9 +1,8 @@
 //! A controller without networks, for what the loop around it does.
 
-use nav_core::controller::{Inputs, TickStatus};
 use nav_core::messages::{CmdVel, Header};
 use nav_core::task::Task;
-use runtime::run::plan::Tick;
+use nav_core::tick::{Inputs, Tick, TickStatus};
 
 /// Commands what a function says: from the number of the tick, counted from one, to m/s and rad/s.
 pub struct Stub<F> {

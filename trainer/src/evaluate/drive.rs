@@ -1,31 +1,25 @@
 //! One episode in process, through the runtime's own [`Controller`]: what is scored is what ships.
 
-use nav_core::controller::{Controller, Inputs, TickStatus};
+use nav_core::controller::Controller;
 use nav_core::geometry::Point;
-use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
+use nav_core::messages::{Goal, Header, LaserScan, Odometry};
 use nav_core::metrics::{EpisodeEnd, EpisodeMetrics, EpisodeRecorder, StepTruth};
 use nav_core::task::Task;
+use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep};
 use nav_sim::families::lasting;
-use nav_sim::simulation::{Outcome, Simulation, Twist};
+use nav_sim::simulation::{Outcome, Simulation};
 
 use crate::rollout::worlds::Place;
 
-/// Whatever answers a moment's messages with a command.
-pub trait Driver {
-    /// One control tick.
-    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus);
-
+/// What drives an episode.
+pub trait Driver: Tick {
     /// Called before each episode, for policies that plan on the known map.
     fn begin(&mut self, _place: &Place) {}
 }
 
-impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Controller<S> {
-    fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
-        Self::tick(self, now_ns, inputs)
-    }
-}
+impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Controller<S> {}
 
 /// The messages of a simulated robot. Order and time go on from episode to episode, as a robot's do.
 pub struct Bench {
@@ -75,8 +69,7 @@ impl Bench {
             if let Some(trace) = &mut trace {
                 note(trace, &simulation, &status);
             }
-            let twist = Twist { linear_mps: command.linear_mps, angular_radps: command.angular_radps };
-            let outcome = simulation.step(twist);
+            let outcome = simulation.step(command.twist());
             recorder.step(&StepTruth {
                 pose: simulation.pose(),
                 linear_mps: simulation.velocity().linear_mps,

@@ -1,11 +1,12 @@
 //! Steering of the classical rivals: towards a point, slower in turns and before obstacles.
 
-use nav_core::controller::{Inputs, TickStatus};
 use nav_core::geometry::{Point, wrap_angle};
 use nav_core::guard::Guard;
 use nav_core::messages::{CmdVel, Header, RunState};
 use nav_core::navigator::Navigator;
 use nav_core::task::{ACTION_GOAL, Task};
+use nav_core::tick::{Inputs, TickStatus};
+use nav_core::twist::Twist;
 
 /// Seconds in which the robot turns towards its target.
 const TURN_TIME_S: f32 = 0.4;
@@ -15,7 +16,7 @@ const SLOW_M: f32 = 0.8;
 /// What all classical rivals share: perception, steering and the guard's limits.
 pub(super) struct Follower {
     pub(super) navigator: Navigator,
-    task: Task,
+    pub(super) task: Task,
     guard: Guard,
     commands: u64,
     goal_id: Option<u32>,
@@ -37,7 +38,7 @@ impl Follower {
         let is_new = self.goal_id != Some(inputs.goal.id);
         self.goal_id = Some(inputs.goal.id);
         if is_new {
-            self.guard.restart_from(inputs.odom.linear_mps, inputs.odom.angular_radps);
+            self.guard.restart_from(inputs.odom.twist());
         }
         self.navigator.observe(inputs.scan, inputs.odom, inputs.goal);
         is_new
@@ -59,13 +60,13 @@ impl Follower {
         let clear = ((ahead_m - 0.05) / SLOW_M).clamp(0.0, 1.0);
         // Like the policy, a rival stands where it believes to have arrived.
         let has_arrived = self.navigator.goal_reached();
-        let wish = if has_arrived { (0.0, 0.0) } else { (robot.linear_max_mps * aligned * clear, angular) };
-        let (linear_mps, angular_radps, faults) = self.guard.limit(wish);
+        let driving = Twist::new(robot.linear_max_mps * aligned * clear, angular);
+        let (out, faults) = self.guard.limit(if has_arrived { Twist::ZERO } else { driving });
         self.commands += 1;
         let command = CmdVel {
             header: Header { stamp_ns: now_ns, seq: self.commands },
-            linear_mps,
-            angular_radps,
+            linear_mps: out.linear_mps,
+            angular_radps: out.angular_radps,
             scan_seq: inputs.scan.header.seq,
             faults,
             reserved: 0,

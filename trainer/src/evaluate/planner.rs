@@ -1,9 +1,9 @@
 //! The upper bound: a planner that knows the static map, with a follower. It does not know the people.
 
-use nav_core::controller::{Inputs, TickStatus};
 use nav_core::geometry::Point;
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
+use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_sim::obstacles::Obstacles;
 use nav_sim::world::World;
 use pathfinding::directed::{astar::astar, dijkstra::dijkstra};
@@ -62,7 +62,9 @@ impl Driver for KnownMapPlanner {
     fn begin(&mut self, place: &Place) {
         self.world = Some(place.world.clone());
     }
+}
 
+impl Tick for KnownMapPlanner {
     fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
         self.follower.observe(&inputs);
         if let Some(world) = self.world.take() {
@@ -70,6 +72,10 @@ impl Driver for KnownMapPlanner {
         }
         let target = self.target();
         self.follower.towards(now_ns, &inputs, target)
+    }
+
+    fn task(&self) -> &Task {
+        &self.task
     }
 }
 

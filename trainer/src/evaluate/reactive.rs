@@ -1,10 +1,10 @@
 //! A reactive rival without memory, after the vector field histogram (Borenstein and Koren 1991): the free
 //! direction closest to the goal's, with a little inertia.
 
-use nav_core::controller::{Inputs, TickStatus};
 use nav_core::geometry::{Point, wrap_angle};
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
+use nav_core::tick::{Inputs, Tick, TickStatus};
 
 use super::drive::Driver;
 use super::follow::Follower;
@@ -54,7 +54,9 @@ impl Reactive {
     }
 }
 
-impl Driver for Reactive {
+impl Driver for Reactive {}
+
+impl Tick for Reactive {
     fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
         if self.follower.observe(&inputs) {
             self.last_course_rad = None;
@@ -64,5 +66,9 @@ impl Driver for Reactive {
         let position = self.follower.navigator.pose().position();
         let target = Point::new(position.x + course.cos(), position.y + course.sin());
         self.follower.towards(now_ns, &inputs, target)
+    }
+
+    fn task(&self) -> &Task {
+        &self.follower.task
     }
 }

@@ -6,9 +6,10 @@ use nav_core::messages::LaserScan;
 use nav_core::navigator::Navigator;
 use nav_core::observation::LOW_OBSERVATION;
 use nav_core::task::Task;
+use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::lasting;
-use nav_sim::simulation::{Outcome, Simulation, Twist};
+use nav_sim::simulation::{Outcome, Simulation};
 
 use super::worlds::Place;
 
@@ -48,7 +49,7 @@ impl Episode {
         self.simulation.set_episode_steps(lasting(&self.task, place.family.episode_steps()).episode_steps);
         self.place = place;
         self.goal_id = self.goal_id.wrapping_add(1);
-        self.guard.restart_from(0.0, 0.0);
+        self.guard.restart_from(Twist::ZERO);
         self.observe();
     }
 
@@ -60,12 +61,12 @@ impl Episode {
 
     /// Stands (or brakes) for a step.
     pub fn wait(&mut self) -> Outcome {
-        self.send((0.0, 0.0))
+        self.send(Twist::ZERO)
     }
 
-    fn send(&mut self, wish: (f32, f32)) -> Outcome {
-        let (linear_mps, angular_radps, _) = self.guard.limit(wish);
-        let outcome = self.simulation.step(Twist { linear_mps, angular_radps });
+    fn send(&mut self, wish: Twist) -> Outcome {
+        let (command, _) = self.guard.limit(wish);
+        let outcome = self.simulation.step(command);
         self.observe();
         outcome
     }

@@ -13,6 +13,7 @@ use nav_core::geometry::{Point, Pose};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
 use nav_core::reward::{RewardProfile, decomposed, paper};
 use nav_core::task::Task;
+use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::Outcome;
 use rand::{RngExt, SeedableRng};
@@ -224,7 +225,7 @@ impl LowRobot {
                 },
             ),
             RewardProfile::Paper => {
-                let (linear_mps, angular_radps) = self.episode.navigator().decode_low(action);
+                let Twist { linear_mps, angular_radps } = self.episode.navigator().decode_low(action);
                 let error = nav_core::geometry::wrap_angle(after.bearing_to(self.target) - after.yaw_rad);
                 paper::low(
                     &self.config.paper,

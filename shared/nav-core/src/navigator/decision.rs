@@ -73,8 +73,11 @@ impl Navigator {
         if decision.action != ACTION_GOAL && self.is_blocked(decision.subgoal, rest_m) {
             return Some(DecisionReason::Blocked);
         }
-        let contact_s =
-            self.closing.time_to_contact_s(&self.geometry, self.task.robot.radius_m, self.linear_mps);
+        let contact_s = self.closing.time_to_contact_s(
+            &self.geometry,
+            self.task.robot.radius_m,
+            self.velocity.linear_mps,
+        );
         (contact_s < limits.time_to_collision_s).then_some(DecisionReason::Threat)
     }
 
@@ -128,7 +131,7 @@ impl Navigator {
             elapsed: self.steps as f32 / self.task.episode_steps as f32,
             setback_m: distance_m - self.best_distance_m,
             detour_m: here_m.map_or(0.0, |here| here - distance_m),
-            speed: self.linear_mps / self.task.robot.linear_max_mps,
+            speed: self.velocity.linear_mps / self.task.robot.linear_max_mps,
         };
         encode_high(&directions, &globals, &mut self.high);
         self.candidates = Some(candidates);
