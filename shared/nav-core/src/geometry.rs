@@ -52,6 +52,18 @@ impl Pose {
         Point::from(rotated(parent - self.position(), -self.yaw_rad))
     }
 
+    /// A pose of this frame, in the parent frame: `parent_from_frame` after `frame_from_local`.
+    pub fn after(&self, local: &Self) -> Self {
+        let position = self.parent_from_local(local.position());
+        Self { x_m: position.x, y_m: position.y, yaw_rad: wrap_angle(self.yaw_rad + local.yaw_rad) }
+    }
+
+    /// The parent in this frame: `frame_from_parent`.
+    pub fn inverse(&self) -> Self {
+        let origin = self.local_from_parent(Point::origin());
+        Self { x_m: origin.x, y_m: origin.y, yaw_rad: wrap_angle(-self.yaw_rad) }
+    }
+
     /// The direction from here to `target` in the parent frame, rad in (-π, π]; 0 for the same point.
     pub fn bearing_to(&self, target: Point) -> f32 {
         libm::atan2f(target.y - self.y_m, target.x - self.x_m)
@@ -100,6 +112,16 @@ mod tests {
         let point = Point::new(0.3, 4.0);
         let back = pose.local_from_parent(pose.parent_from_local(point));
         assert!((back - point).norm() < 1e-5);
+    }
+
+    #[test]
+    fn a_pose_after_its_inverse_is_nowhere() {
+        let (pose, other) = (Pose::new(1.0, -2.0, 2.7), Pose::new(-0.4, 0.3, 1.9));
+        let nowhere = pose.after(&pose.inverse());
+        assert!(nowhere.position().coords.norm() < 1e-5 && nowhere.yaw_rad.abs() < 1e-5, "{nowhere:?}");
+        let point = Point::new(0.7, 0.2);
+        let one_by_one = pose.parent_from_local(other.parent_from_local(point));
+        assert!((pose.after(&other).parent_from_local(point) - one_by_one).norm() < 1e-5);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! How the simulated robot differs from a perfect one: ranges, drawn once an episode.
 
+use crate::localiser::Localiser;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,11 @@ pub struct Disturbance {
     pub odometry_drift: [f32; 2],
     /// True footprint radius over that of the task.
     pub radius_scale: [f32; 2],
+    /// Share of episodes with a perfect robot, whatever the ranges say: a policy that has only ever seen noise may
+    /// stand still for ever without it.
+    pub clean_share: f32,
+    /// What corrects the goal in the drifting `odom` frame; none in a clean episode, which does not drift.
+    pub localiser: Localiser,
 }
 
 /// What one episode drew from a [`Disturbance`].
@@ -48,6 +54,8 @@ pub struct DrawnDisturbance {
     pub odometry_turn_radpm: f32,
     /// True footprint radius over that of the task.
     pub radius_scale: f32,
+    /// What corrects the goal.
+    pub localiser: Localiser,
 }
 
 impl Default for Disturbance {
@@ -67,6 +75,8 @@ impl Disturbance {
             velocity_gain: [1.0; 2],
             odometry_drift: [0.0; 2],
             radius_scale: [1.0; 2],
+            clean_share: 0.0,
+            localiser: Localiser { period_s: 0.0, position_error_m: 0.0, heading_error_rad: 0.0, late_share: 0.0, late_s: 0.0 },
         }
     }
 
@@ -80,7 +90,19 @@ impl Disturbance {
             velocity_gain: [0.9, 1.1],
             odometry_drift: [0.0, 0.02],
             radius_scale: [0.9, 1.1],
+            clean_share: 0.2,
+            localiser: Localiser::usual(),
         }
+    }
+
+    /// What published figures are measured with: as in training, and never clean.
+    pub const fn usual() -> Self {
+        Self { clean_share: 0.0, ..Self::trained() }
+    }
+
+    /// A stress: as [`Self::usual`], but nothing corrects the odometry's drift.
+    pub const fn without_localiser() -> Self {
+        Self { localiser: Self::none().localiser, ..Self::usual() }
     }
 
     /// The first thing about these ranges that makes no sense, as a sentence.
@@ -103,6 +125,21 @@ impl Disturbance {
             (within(self.velocity_gain, 0.1, 2.0), "velocity_gain must be [low, high] within [0.1, 2]"),
             (within(self.odometry_drift, 0.0, 0.5), "odometry_drift must be [low, high] within [0, 0.5]"),
             (within(self.radius_scale, 0.1, 2.0), "radius_scale must be [low, high] within [0.1, 2]"),
+            (within([self.clean_share; 2], 0.0, 1.0), "clean_share must lie in [0, 1]"),
+            (
+                within([self.localiser.period_s; 2], 0.0, 3600.0),
+                "localiser.period_s must lie in [0, 3600] s; 0 is no localiser",
+            ),
+            (
+                within([self.localiser.position_error_m; 2], 0.0, 10.0),
+                "localiser.position_error_m must lie in [0, 10] m",
+            ),
+            (
+                within([self.localiser.heading_error_rad; 2], 0.0, 3.0),
+                "localiser.heading_error_rad must lie in [0, 3] rad",
+            ),
+            (within([self.localiser.late_share; 2], 0.0, 1.0), "localiser.late_share must lie in [0, 1]"),
+            (within([self.localiser.late_s; 2], 0.0, 3600.0), "localiser.late_s must lie in [0, 3600] s"),
         ];
         match checks.into_iter().find(|(fine, _)| !fine) {
             Some((_, sentence)) => Err(sentence),
@@ -118,7 +155,7 @@ impl Disturbance {
         let choices = latency[1].saturating_sub(latency[0]) + 1;
         let drift = uniform(self.odometry_drift);
         let mixture_rad = uniform([0.0, std::f32::consts::TAU]);
-        DrawnDisturbance {
+        let drawn = DrawnDisturbance {
             range_noise_m: uniform(self.range_noise_m),
             dropout: uniform(self.dropout),
             latency_steps: latency[0] + ((latency_share * choices as f32) as u32).min(choices - 1),
@@ -128,6 +165,25 @@ impl Disturbance {
             // A steady turn of b rad/m puts a straight run of L off by b L²/2 sideways.
             odometry_turn_radpm: 2.0 * drift * libm::sinf(mixture_rad) / DRIFT_REFERENCE_M,
             radius_scale: uniform(self.radius_scale),
+            localiser: self.localiser,
+        };
+        if uniform([0.0, 1.0]) < self.clean_share { DrawnDisturbance::none() } else { drawn }
+    }
+}
+
+impl DrawnDisturbance {
+    /// A perfect robot.
+    pub const fn none() -> Self {
+        Self {
+            range_noise_m: 0.0,
+            dropout: 0.0,
+            latency_steps: 0,
+            actuation_lag_s: 0.0,
+            velocity_gain: 1.0,
+            odometry_scale: 0.0,
+            odometry_turn_radpm: 0.0,
+            radius_scale: 1.0,
+            localiser: Disturbance::none().localiser,
         }
     }
 }
@@ -153,7 +209,7 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         let mut latencies = [0_u32; 3];
         for _ in 0..1000 {
-            let drawn = Disturbance::trained().draw(&mut rng);
+            let drawn = Disturbance::usual().draw(&mut rng);
             assert!((0.01..=0.03).contains(&drawn.range_noise_m));
             assert!((0.0..=0.1).contains(&drawn.dropout));
             assert!((0.9..=1.1).contains(&drawn.velocity_gain) && (0.9..=1.1).contains(&drawn.radius_scale));
@@ -162,5 +218,15 @@ mod tests {
             latencies[drawn.latency_steps as usize] += 1;
         }
         assert!(latencies.iter().all(|&count| count > 250), "{latencies:?}");
+    }
+
+    #[test]
+    fn a_share_of_the_episodes_is_clean_in_everything() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
+        let draws: Vec<_> = (0..2000).map(|_| Disturbance::trained().draw(&mut rng)).collect();
+        let clean = draws.iter().filter(|drawn| **drawn == DrawnDisturbance::none()).count();
+        assert!((300..500).contains(&clean), "{clean} of 2000, a fifth was asked for");
+        assert!(draws.iter().all(|drawn| (drawn.dropout > 0.0) == drawn.localiser.exists()));
+        assert!(Disturbance::usual().localiser.exists() && !Disturbance::without_localiser().localiser.exists());
     }
 }

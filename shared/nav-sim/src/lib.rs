@@ -2,7 +2,7 @@
 //! seed and commands give the same bits.
 //!
 //! Reading order: [`world`] (what a world is), [`families`] (where worlds come from), [`simulation`]
-//! (reset and step) with its parts [`dynamics`], [`odometer`], [`disturbance`], [`obstacles`], [`collision`],
+//! (reset and step) with its parts [`dynamics`], [`odometer`], [`localiser`], [`disturbance`], [`obstacles`], [`collision`],
 //! [`lidar`] and [`people`], then [`geodesic`] (path check and shortest distances), [`map_file`]
 //! and [`world_file`] (worlds from disk), [`drawing`] (pictures of episodes).
 
@@ -22,6 +22,7 @@ pub mod collision;
 pub mod disturbance;
 pub mod dynamics;
 pub mod lidar;
+pub mod localiser;
 pub mod obstacles;
 pub mod odometer;
 pub mod people;

@@ -14,6 +14,7 @@ use crate::collision::{time_to_disc_s, time_to_segment_s};
 use crate::disturbance::{Disturbance, DrawnDisturbance};
 use crate::dynamics::Base;
 use crate::lidar::{Lidar, measure};
+use crate::localiser::Localisation;
 use crate::obstacles::Obstacles;
 use crate::odometer::Odometer;
 use crate::people::{Crowd, PersonState, RobotState};
@@ -34,6 +35,7 @@ pub const CLEARANCE_MAX_M: f32 = 10.0;
 /// Separates the random streams of one seed.
 const PEOPLE_STREAM: u64 = 0x7065_6f70_6c65;
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
+const LOCALISER_STREAM: u64 = 0x6c6f_6361_6c69;
 
 /// How an episode stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +80,7 @@ pub struct Simulation {
     crowd: Crowd,
     base: Base,
     odometer: Odometer,
+    localisation: Localisation,
     steps: u32,
     outcome: Outcome,
     hit_while_standing: bool,
@@ -93,6 +96,7 @@ impl Simulation {
             crowd: Crowd::default(),
             base: Base::new(task, &drawn, world.start),
             odometer: Odometer::new(&drawn, world.start),
+            localisation: Localisation::new(&drawn.localiser, seed ^ LOCALISER_STREAM),
             task: *task,
             disturbance: *disturbance,
             drawn,
@@ -126,6 +130,7 @@ impl Simulation {
         self.drawn = self.disturbance.draw(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
         self.base = Base::new(&self.task, &self.drawn, self.world.start);
         self.odometer = Odometer::new(&self.drawn, self.world.start);
+        self.localisation = Localisation::new(&self.drawn.localiser, seed ^ LOCALISER_STREAM);
         self.crowd.reset(&self.world.people, &mut Xoshiro256PlusPlus::seed_from_u64(seed ^ PEOPLE_STREAM));
         self.steps = 0;
         self.outcome = Outcome::Running;
@@ -154,6 +159,7 @@ impl Simulation {
             }
         }
         self.steps += 1;
+        self.localisation.advance(self.time_s(), self.base.pose(), self.odometer.pose());
         if self.outcome == Outcome::Collided {
             self.hit_while_standing = self.base.velocity().linear_mps.abs() < STANDING_MPS;
         } else if self.outcome == Outcome::Running && self.steps >= self.task.episode_steps {
@@ -204,10 +210,17 @@ impl Simulation {
         }
     }
 
-    /// The goal in the `odom` frame; it does not move with the drift.
+    /// The goal in the `odom` frame, where the newest correction of the localiser puts it. Without a localiser it
+    /// does not move, and the drift stays.
     pub fn goal(&self, id: u32) -> Goal {
-        let Point { coords: goal } = self.world.goal;
+        let goal = self.localisation.odom_from_map().parent_from_local(self.world.goal);
         Goal { header: self.header(), x_m: goal.x, y_m: goal.y, radius_m: self.task.goal_radius_m, id }
+    }
+
+    /// Where the `odom` frame lies in the map (the world frame), as the localiser last said; without one, where it lay
+    /// at reset. What `map_from_odom` makes of the odometry's pose is the localised pose.
+    pub fn map_from_odom(&self) -> Pose {
+        self.localisation.odom_from_map().inverse()
     }
 
     /// Order and simulated time of whatever is measured now: from 1 at reset, up by one a step.
