@@ -52,7 +52,7 @@ impl Roamer {
 /// Seconds for [`STEPS`] steps; with a navigator, including the observation.
 fn round(worlds: &[Arc<World>], task: &Task, observed: bool) -> f64 {
     let mut roamer = Roamer { rng: Xoshiro256PlusPlus::seed_from_u64(1), turn_radps: 0.0 };
-    let mut simulation = Simulation::new(Arc::clone(&worlds[0]), task, &Disturbance::trained(), 0);
+    let mut simulation = Simulation::new(Arc::clone(&worlds[0]), task, &Disturbance::usual(), 0);
     let mut navigator = Navigator::new(task);
     let mut guard = Guard::new(task);
     let mut scan = LaserScan::default();

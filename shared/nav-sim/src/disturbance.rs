@@ -1,8 +1,11 @@
 //! How the simulated robot differs from a perfect one: ranges, drawn once an episode.
 
+use crate::families::UnknownName;
 use crate::localiser::Localiser;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
 
 /// The longest latency that can be simulated, steps.
 pub const LATENCY_MAX_STEPS: u32 = 8;
@@ -58,6 +61,60 @@ pub struct DrawnDisturbance {
     pub localiser: Localiser,
 }
 
+/// The disturbances that robots are scored with, by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DisturbanceName {
+    /// [`Disturbance::none`].
+    None,
+    /// [`Disturbance::usual`].
+    #[default]
+    Usual,
+    /// [`Disturbance::without_localiser`].
+    NoLocaliser,
+}
+
+impl DisturbanceName {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::None, Self::Usual, Self::NoLocaliser];
+
+    /// Its name on command lines and in results.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Usual => "usual",
+            Self::NoLocaliser => "no_localiser",
+        }
+    }
+
+    /// What it stands for.
+    pub const fn disturbance(self) -> Disturbance {
+        match self {
+            Self::None => Disturbance::none(),
+            Self::Usual => Disturbance::usual(),
+            Self::NoLocaliser => Disturbance::without_localiser(),
+        }
+    }
+}
+
+impl fmt::Display for DisturbanceName {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.id())
+    }
+}
+
+impl FromStr for DisturbanceName {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL.into_iter().find(|known| known.id() == name).ok_or_else(|| UnknownName {
+            kind: "disturbance",
+            name: name.into(),
+            known: Self::ALL.map(Self::id).join(", "),
+        })
+    }
+}
+
 impl Default for Disturbance {
     fn default() -> Self {
         Self::none()
@@ -76,7 +133,13 @@ impl Disturbance {
             odometry_drift: [0.0; 2],
             radius_scale: [1.0; 2],
             clean_share: 0.0,
-            localiser: Localiser { period_s: 0.0, position_error_m: 0.0, heading_error_rad: 0.0, late_share: 0.0, late_s: 0.0 },
+            localiser: Localiser {
+                period_s: 0.0,
+                position_error_m: 0.0,
+                heading_error_rad: 0.0,
+                late_share: 0.0,
+                late_s: 0.0,
+            },
         }
     }
 
@@ -227,6 +290,8 @@ mod tests {
         let clean = draws.iter().filter(|drawn| **drawn == DrawnDisturbance::none()).count();
         assert!((300..500).contains(&clean), "{clean} of 2000, a fifth was asked for");
         assert!(draws.iter().all(|drawn| (drawn.dropout > 0.0) == drawn.localiser.exists()));
-        assert!(Disturbance::usual().localiser.exists() && !Disturbance::without_localiser().localiser.exists());
+        assert!(
+            Disturbance::usual().localiser.exists() && !Disturbance::without_localiser().localiser.exists()
+        );
     }
 }

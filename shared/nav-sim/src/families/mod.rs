@@ -188,13 +188,13 @@ impl fmt::Display for Split {
     }
 }
 
-/// A name that no family or split has.
+/// A name that no family, split or disturbance has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {kind} named {name:?}; choose one of {known}")]
 pub struct UnknownName {
-    kind: &'static str,
-    name: String,
-    known: String,
+    pub(crate) kind: &'static str,
+    pub(crate) name: String,
+    pub(crate) known: String,
 }
 
 impl FromStr for Family {
