@@ -159,6 +159,32 @@ fn nav_core_and_nav_sim_never_read_a_clock() {
     }
 }
 
+/// Where the same seed must give the same bits on every machine.
+const SAME_BITS: [&str; 2] = ["shared/nav-core/src", "shared/nav-sim/src"];
+
+/// Methods of floats whose last bits depend on the C library or the compiler; `libm` has them all. What is exact
+/// by IEEE 754 (`sqrt`, `abs`, `floor`, `round`, `mul_add`, ...) is not among them.
+const SYSTEM_MATH: [&str; 26] = [
+    "sin", "cos", "tan", "sin_cos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh",
+    "acosh", "atanh", "hypot", "cbrt", "exp", "exp2", "exp_m1", "ln", "ln_1p", "log", "log2", "log10",
+    "powf", "powi",
+];
+
+/// The same of other crates: rotations of nalgebra and distributions call the system's.
+const SYSTEM_MATH_IN_CRATES: [&str; 3] = ["Rotation2", "UnitComplex", "rand_distr"];
+
+#[test]
+fn what_must_give_the_same_bits_asks_no_c_library() {
+    for folder in SAME_BITS {
+        let sources = sources(folder);
+        assert_absent(&sources, &SYSTEM_MATH_IN_CRATES);
+        for (path, text) in &sources {
+            let found = first_system_math(&code_of(text));
+            assert_eq!(found, None, "{} asks the system's C library in that line: use libm", path.display());
+        }
+    }
+}
+
 /// Builds nav-core for every installed target that has no operating system.
 #[test]
 fn nav_core_builds_without_an_operating_system() {
@@ -204,6 +230,23 @@ fn the_source_scan_finds_paths_and_skips_comments_and_tests() {
     assert_eq!(first_use(&code, "alloc"), Some(9));
     assert_eq!(first_use(&code_of("let t = std::time::Instant::now();"), "Instant"), Some(1));
     assert_eq!(first_use(&code_of("let allocation = no_std; // std::time"), "alloc"), None);
+}
+
+#[test]
+fn the_source_scan_finds_methods_of_floats() {
+    for system in ["a.sin()", "(a + b).atan2(c)", "f32::tanh(a)", "map(f64::exp)", "1.0_f32\n    .powf(b)"] {
+        assert!(first_system_math(&code_of(system)).is_some(), "{system}");
+    }
+    for fine in [
+        "libm::sinf(a)",
+        "let (sin, cos) = c;",
+        "a.sqrt()",
+        "self.cos.len()",
+        "log::info!()",
+        "dice.single()",
+    ] {
+        assert_eq!(first_system_math(&code_of(fine)), None, "{fine}");
+    }
 }
 
 /// Path and text of every Rust file below a folder of the workspace, test modules' files left out.
@@ -254,6 +297,19 @@ fn code_of(text: &str) -> Vec<(usize, &str)> {
         code.push((index + 1, line.split("//").next().unwrap_or_default()));
     }
     code
+}
+
+/// The first line that calls a method of floats that the C library computes, with its name.
+fn first_system_math(code: &[(usize, &str)]) -> Option<(usize, &'static str)> {
+    code.iter().find_map(|(number, line)| {
+        let calls = |name: &str| {
+            ["f32", "f64"]
+                .into_iter()
+                .any(|float| first_use(&[(0, *line)], &format!("{float}::{name}")).is_some())
+                || line.contains(&format!(".{name}("))
+        };
+        SYSTEM_MATH.into_iter().find(|name| calls(name)).map(|name| (*number, name))
+    })
 }
 
 /// The first line that uses `word` as a whole path or name; `std` and `alloc` count only as a path's root.

@@ -10,10 +10,9 @@
 //! Between corrections the last one holds, so that odometry's drift since then is not corrected. Before the first one
 //! the frames coincide, as they do at reset.
 
+use crate::normal::standard_normal;
 use nav_core::geometry::Pose;
-use rand::distr::Distribution;
 use rand::{RngExt, SeedableRng};
-use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
@@ -104,10 +103,7 @@ impl Localisation {
 
     /// `odom_from_map`, from an estimate of the robot's pose in the map.
     fn measured(&mut self, map_from_robot: Pose, odom_from_robot: Pose) -> Pose {
-        let mut normal = |deviation: f32| {
-            let draw: f32 = StandardNormal.sample(&mut self.rng);
-            deviation * draw
-        };
+        let mut normal = |deviation: f32| deviation * standard_normal(&mut self.rng);
         // Two axes share the error.
         let axis_m = self.localiser.position_error_m * std::f32::consts::FRAC_1_SQRT_2;
         let estimate = Pose::new(

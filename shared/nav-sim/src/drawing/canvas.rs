@@ -104,7 +104,7 @@ impl Canvas {
 
     /// A disc with a tick towards its heading.
     pub(super) fn heading(&mut self, center: Point, yaw_rad: f32, length_m: f32, attributes: &str) {
-        let tip = center + Vector::new(yaw_rad.cos(), yaw_rad.sin()) * length_m;
+        let tip = center + Vector::new(libm::cosf(yaw_rad), libm::sinf(yaw_rad)) * length_m;
         self.line([center, tip], attributes);
     }
 }

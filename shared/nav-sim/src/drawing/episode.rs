@@ -162,7 +162,7 @@ fn draw_text(svg: &mut String, trace: &EpisodeTrace, width: f32, unit: f32, marg
 /// A bar of a round length.
 fn draw_scale(svg: &mut String, canvas: &Canvas, left: f32, baseline: f32, unit: f32) {
     let longest_m = 18.0 * unit / canvas.scale;
-    let decade = 10.0_f32.powf(longest_m.log10().floor());
+    let decade = libm::powf(10.0, libm::log10f(longest_m).floor());
     let length_m = [5.0, 2.0, 1.0].map(|step| step * decade).into_iter().find(|length| *length <= longest_m);
     let length_m = length_m.unwrap_or(decade);
     let (right, y) = (left + length_m * canvas.scale, baseline - 0.85 * unit);

@@ -27,7 +27,7 @@ pub(super) fn boxes(dice: &mut Dice) -> Option<World> {
         }
         let half_x = 0.5 * dice.within(0.6..=1.6);
         let half_y = 0.5 * dice.within(0.6..=1.6);
-        let reach_m = half_x.hypot(half_y);
+        let reach_m = libm::hypotf(half_x, half_y);
         let center = dice.point(world.bounds.min, world.bounds.max, reach_m + 0.2);
         if Scene::of(&world).clearance_m(center) < reach_m + 0.1 {
             continue;

@@ -78,7 +78,7 @@ fn bend(dice: &mut Dice) -> Option<World> {
     let mut heading = dice.within(-0.8 * FRAC_PI_2..=0.8 * FRAC_PI_2);
     let mut joints = vec![Point::origin()];
     for _ in 0..dice.count(3..=5) {
-        let direction = Vector::new((turned + heading).cos(), (turned + heading).sin());
+        let direction = Vector::new(libm::cosf(turned + heading), libm::sinf(turned + heading));
         joints.push(joints[joints.len() - 1] + direction * (dice.within(0.8..=1.8) + width_m));
         let bend = dice.within(0.6..=1.6) * if heading > 0.0 { -1.0 } else { 1.0 };
         heading = (heading + bend).clamp(-0.9 * FRAC_PI_2, 0.9 * FRAC_PI_2);

@@ -1,9 +1,9 @@
 //! From true ranges to what a lidar reports.
 
+use crate::normal::standard_normal;
 use nav_core::messages::LaserScan;
 use nav_core::task;
 use rand::{Rng, RngExt};
-use rand_distr::{Distribution, StandardNormal};
 
 /// Fills a scan (all but its header) from true ranges.
 ///
@@ -26,12 +26,7 @@ pub fn measure(
     into.beam_count = true_ranges_m.len() as u32;
     into.reserved = 0;
     for (range_m, &true_m) in into.ranges_m.iter_mut().zip(true_ranges_m) {
-        let error_m = if noise_m > 0.0 {
-            let normal: f32 = StandardNormal.sample(rng);
-            noise_m * normal
-        } else {
-            0.0
-        };
+        let error_m = if noise_m > 0.0 { noise_m * standard_normal(rng) } else { 0.0 };
         let measured_m = true_m + error_m;
         *range_m = if dropout > 0.0 && rng.random::<f32>() < dropout {
             f32::NAN
