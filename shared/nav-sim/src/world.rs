@@ -3,6 +3,10 @@
 use nav_core::geometry::{Point, Pose};
 use serde::{Deserialize, Serialize};
 
+/// No coordinate of a world may be larger, m. Beyond, a 32-bit number has steps of a centimetre, and the robot takes
+/// coordinates for broken.
+pub const COORDINATE_MAX_M: f32 = 1e5;
+
 /// An axis-aligned rectangle, m. Nothing outside a world's bounds can be driven on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -69,7 +73,8 @@ pub struct Person {
     pub speed_mps: f32,
     /// How the person walks.
     pub model: WalkModel,
-    /// Whether the person sees the robot and makes room for it.
+    /// Whether the person sees the robot and makes room for it. Those who walk [`WalkModel::Scripted`] see nobody,
+    /// whatever this says.
     pub sees_robot: bool,
 }
 

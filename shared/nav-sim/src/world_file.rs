@@ -3,9 +3,13 @@
 //! The file is a [`World`], field by field; `worlds/office.toml` is an example. Points are `[x, y]` in metres.
 //! A field that does not exist is an error, and so is a world in which the robot cannot reach its goal.
 
+mod folder;
+
+pub use folder::read_folder;
+
 use crate::geodesic::{GeodesicField, is_leg_free};
 use crate::obstacles::Obstacles;
-use crate::world::{Person, World};
+use crate::world::{COORDINATE_MAX_M, Person, World};
 use nav_core::geometry::Point;
 use std::path::{Path, PathBuf};
 
@@ -28,6 +32,12 @@ pub enum WorldFileError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// A folder without world files.
+    #[error("{} holds no world: a folder of worlds has files named *.toml", .path.display())]
+    Empty {
+        /// The folder.
+        path: PathBuf,
+    },
     /// The text is not a world.
     #[error("{} is not a world: {message}", .path.display())]
     Parse {
@@ -46,7 +56,7 @@ pub enum WorldFileError {
     },
     /// The world has a number TOML cannot hold.
     #[error("the world cannot be written as TOML: {0}")]
-    Format(#[from] toml::ser::Error),
+    Format(toml::ser::Error),
 }
 
 /// What is wrong with a world. Items are counted from 0.
@@ -55,6 +65,11 @@ pub enum WorldProblem {
     /// A coordinate is infinite or not a number.
     #[error("{0} has a coordinate that is not finite")]
     NotFinite(String),
+    /// A coordinate is too large for a robot.
+    #[error(
+        "{0} lies more than 100 km from the origin, where a robot's coordinates are too coarse: shift the world"
+    )]
+    TooFar(String),
     /// The bounds enclose nothing.
     #[error("bounds.max must lie to the upper right of bounds.min")]
     Bounds,
@@ -128,7 +143,7 @@ pub fn load(path: &Path, robot_radius_m: f32) -> Result<World, WorldFileError> {
 /// # Errors
 /// A file that cannot be written.
 pub fn save(path: &Path, world: &World) -> Result<(), WorldFileError> {
-    let text = toml::to_string_pretty(world)?;
+    let text = toml::to_string_pretty(world).map_err(WorldFileError::Format)?;
     std::fs::write(path, text).map_err(|source| WorldFileError::Write { path: path.to_owned(), source })
 }
 
@@ -169,38 +184,44 @@ fn check_round(obstacles: &Obstacles, index: usize, person: &Person) -> Result<(
 }
 
 fn check_numbers(world: &World) -> Result<(), WorldProblem> {
-    let finite = |what: String, points: &[Point]| {
-        let is_finite = points.iter().all(|point| point.x.is_finite() && point.y.is_finite());
-        if is_finite { Ok(()) } else { Err(WorldProblem::NotFinite(what)) }
+    let usable = |what: String, points: &[Point]| {
+        let all = |is_fine: fn(f32) -> bool| points.iter().all(|point| is_fine(point.x) && is_fine(point.y));
+        if !all(f32::is_finite) {
+            Err(WorldProblem::NotFinite(what))
+        } else if !all(|m| m.abs() <= COORDINATE_MAX_M) {
+            Err(WorldProblem::TooFar(what))
+        } else {
+            Ok(())
+        }
     };
     let positive = |what: String, value: f32| {
         let is_positive = value > 0.0 && value.is_finite();
         if is_positive { Ok(()) } else { Err(WorldProblem::NotPositive { what, value }) }
     };
-    finite("bounds".into(), &[world.bounds.min, world.bounds.max])?;
+    usable("bounds".into(), &[world.bounds.min, world.bounds.max])?;
     let size = world.bounds.max - world.bounds.min;
     if size.x <= 0.0 || size.y <= 0.0 {
         return Err(WorldProblem::Bounds);
     }
-    finite("the start".into(), &[world.start.position(), Point::new(world.start.yaw_rad, 0.0)])?;
-    finite("the goal".into(), &[world.goal])?;
+    usable("the start".into(), &[world.start.position(), Point::new(world.start.yaw_rad, 0.0)])?;
+    usable("the goal".into(), &[world.goal])?;
     for (index, disc) in world.discs.iter().enumerate() {
-        finite(format!("disc {index}"), &[disc.center])?;
+        usable(format!("disc {index}"), &[disc.center])?;
         positive(format!("radius_m of disc {index}"), disc.radius_m)?;
     }
     for (index, segment) in world.segments.iter().enumerate() {
-        finite(format!("segment {index}"), &[segment.a, segment.b])?;
+        usable(format!("segment {index}"), &[segment.a, segment.b])?;
     }
     for (index, polygon) in world.polygons.iter().enumerate() {
-        finite(format!("polygon {index}"), &polygon.vertices)?;
+        usable(format!("polygon {index}"), &polygon.vertices)?;
         let count = polygon.vertices.len();
         if count < 3 {
             return Err(WorldProblem::Vertices { index, count });
         }
     }
     for (index, person) in world.people.iter().enumerate() {
-        finite(format!("person {index}"), &[person.start])?;
-        finite(format!("a waypoint of person {index}"), &person.waypoints)?;
+        usable(format!("person {index}"), &[person.start])?;
+        usable(format!("a waypoint of person {index}"), &person.waypoints)?;
         positive(format!("radius_m of person {index}"), person.radius_m)?;
         positive(format!("speed_mps of person {index}"), person.speed_mps)?;
     }

@@ -52,6 +52,8 @@ fn each_problem_is_named() {
     );
     assert!(matches!(problem(&|world| world.discs.push(disc(f32::NAN))), WorldProblem::NotPositive { .. }));
     assert!(matches!(problem(&|world| world.goal.x = f32::NAN), WorldProblem::NotFinite(_)));
+    let far = problem(&|world| world.bounds.max.y = 3_948_994.0);
+    assert!(matches!(far, WorldProblem::TooFar(_)) && far.to_string().contains("100 km"), "{far}");
     assert_eq!(problem(&|world| world.bounds.max = world.bounds.min), WorldProblem::Bounds);
     let line = Polygon { vertices: vec![center, Point::new(9.0, 6.5)] };
     assert!(matches!(
