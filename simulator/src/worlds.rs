@@ -38,7 +38,11 @@ impl WorldSource {
         {
             let options = MapOptions { robot_radius_m: task.robot.radius_m, ..MapOptions::default() };
             let start = Pose::new(x_m, y_m, yaw_rad);
-            let world = Map::load(map, &options)?.into_world(start, Point::new(goal[0], goal[1]))?;
+            let map = Map::load(map, &options)?;
+            for warning in map.warnings() {
+                eprintln!("simulator: warning: {warning}");
+            }
+            let world = map.into_world(start, Point::new(goal[0], goal[1]))?;
             return Ok(Self::Fixed(Arc::new(world)));
         }
         if let Some(path) = &arguments.world_file {

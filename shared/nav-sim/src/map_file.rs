@@ -5,19 +5,32 @@
 //! | `image` | the picture, relative to the description |
 //! | `resolution` | side of a pixel, m |
 //! | `origin` | pose of the lower left corner of the picture: x (m), y (m), yaw (rad) |
-//! | `negate` | 0: dark is occupied; 1: bright is occupied |
+//! | `negate` | 0 or false: dark is occupied; 1 or true: bright is occupied |
 //! | `occupied_thresh`, `free_thresh` | occupied above the first, free below the second, else unknown |
-//! | `mode` | `trinary`, which is also the default |
+//! | `mode` | `trinary` (the default), `scale` or `raw` |
+//!
+//! Other keys are ignored with a warning. What the modes make of a pixel is what `nav2_map_server` makes of it, in
+//! three steps where that has a hundred:
+//!
+//! | mode | occupancy | transparent pixels |
+//! |---|---|---|
+//! | `trinary` | darkness (with `negate`, brightness) | transparency counts as a fourth colour |
+//! | `scale` | the same | unknown |
+//! | `raw` | the value of the pixel in percent, above 100 unknown; `negate` does nothing | as opaque ones |
 //!
 //! What a robot at the start can see of the occupied cells becomes walls: the edges of the free cells it can
 //! reach, merged into segments as long as they go straight. A yaw turns the whole map.
 
+mod keys;
+
 mod description;
+
 mod outline;
 
 use crate::world::{Bounds, World};
 use crate::world_file::{WorldProblem, check};
 use description::Description;
+use image::GenericImageView;
 use nav_core::geometry::{Point, Pose};
 use std::path::{Path, PathBuf};
 
@@ -62,6 +75,7 @@ pub struct Map {
     rows: usize,
     /// Row by row from the lower left corner.
     cells: Vec<Cell>,
+    warnings: Vec<String>,
 }
 
 /// Why a map could not be used.
@@ -127,7 +141,7 @@ pub enum MapError {
     },
     /// The world made of the map cannot be used.
     #[error("the map cannot be used: {0}")]
-    World(#[from] WorldProblem),
+    World(WorldProblem),
 }
 
 impl Map {
@@ -146,17 +160,31 @@ impl Map {
             .and_then(image::ImageReader::with_guessed_format)
             .map_err(|error| broken(error.to_string()))?
             .decode()
-            .map_err(|error| broken(error.to_string()))?
-            .into_rgb8();
+            .map_err(|error| broken(error.to_string()))?;
         let (width, height) = picture.dimensions();
         if width == 0 || height == 0 || width > SIDE_MAX || height > SIDE_MAX {
             return Err(MapError::Size { image, width, height });
         }
+        let has_alpha = picture.color().has_alpha();
+        let mut freed = 0_u64;
         let cells = (0..height)
             .rev()
             .flat_map(|row| (0..width).map(move |column| (column, row)))
-            .map(|(column, row)| description.cell(picture.get_pixel(column, row).0))
+            .map(|(column, row)| {
+                let pixel = picture.get_pixel(column, row).0;
+                let cell = description.cell(pixel, has_alpha);
+                freed += u64::from(description.frees_unknown(pixel, cell));
+                cell
+            })
             .collect();
+        let mut warnings = description.warnings;
+        if freed > 0 {
+            warnings.push(format!(
+                "{}: {freed} pixels of value 205, which map savers write where nobody has looked, are free \
+                 here: in an image without transparency, a free_thresh of 0.196 makes them unknown",
+                path.display()
+            ));
+        }
         Ok(Self {
             name: path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
             options: *options,
@@ -165,7 +193,13 @@ impl Map {
             columns: width as usize,
             rows: height as usize,
             cells,
+            warnings,
         })
+    }
+
+    /// What may not be meant as it is read, in sentences.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Side of a cell, m.
@@ -212,7 +246,7 @@ impl Map {
             start,
             goal,
         };
-        check(&world, self.options.robot_radius_m)?;
+        check(&world, self.options.robot_radius_m).map_err(MapError::World)?;
         Ok(world)
     }
 

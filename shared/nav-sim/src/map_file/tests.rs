@@ -1,6 +1,6 @@
 use super::*;
 use crate::geodesic::GeodesicField;
-use image::{GrayImage, Luma, Rgb, RgbImage};
+use image::{GrayImage, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 use std::f32::consts::FRAC_PI_2;
 
 const FREE: u8 = 254;
@@ -127,14 +127,15 @@ fn broken_descriptions_are_explained_with_their_line() {
     for (from, to, said) in [
         ("resolution: 0.050000", "resolution: -0.05", "line 2: the side of a pixel"),
         ("resolution: 0.050000", "resolution: fine", "line 2: `resolution` needs a number, not \"fine\""),
-        ("resolution: 0.050000", "resolution 0.05", "line 2: expected `key: value`"),
+        ("resolution: 0.050000", "resolution 0.05", "line 3: this is not YAML"),
+        ("resolution: 0.050000", "resolution: [0.05]", "line 2: `resolution` needs one value"),
+        ("resolution: 0.050000", "resolution: {m: 0.05}", "line 2: `resolution` needs one value"),
         ("resolution: 0.050000\n", "", "has no `resolution`"),
-        ("[-1.0, -2.0, 0.0]", "[-1.0, -2.0]", "line 3: the origin needs three numbers"),
-        ("[-1.0, -2.0, 0.0]", "[-1.0, -2.0, 0.0", "line 3: the list has no closing bracket"),
-        ("negate: 0", "negate: 2", "line 4: negate must be 0 or 1"),
-        ("negate: 0", "invert: 0", "line 4: `invert` is not a key"),
+        ("[-1.0, -2.0, 0.0]", "[-1.0, -2.0]", "line 3: `origin` needs three numbers"),
+        ("[-1.0, -2.0, 0.0]", "[-1.0, -2.0, 0.0", "line 4: this is not YAML"),
+        ("negate: 0", "negate: 2", "line 4: `negate` must be 0 or 1"),
         ("negate: 0", "image: other.pgm", "line 4: `image` stands here a second time"),
-        ("negate: 0", "mode: raw", "line 4: only the mode trinary"),
+        ("negate: 0", "mode: costmap", "line 4: `mode` must be trinary, scale or raw"),
         ("free_thresh: 0.196", "free_thresh: 0.9", "line 6: free_thresh must not be larger"),
         ("map.pgm", "none.pgm", "none.pgm"),
     ] {
@@ -173,4 +174,97 @@ fn impossible_starts_and_goals_are_refused() {
     closed.save(files.0.path().join("map.pgm")).expect("an image");
     let cut = refused(start(), GOAL);
     assert!(cut.contains("no path"), "{cut}");
+}
+
+#[test]
+fn every_way_to_write_yaml_is_understood() {
+    let flow = "{image: map.pgm, resolution: 0.05, origin: [-1, -2, 0], negate: 0}";
+    for yaml in [
+        YAML.replace("negate: 0", "negate: false"),
+        YAML.replace("[-1.0, -2.0, 0.0]", "[-1.0,\n         -2.0, 0.0]"),
+        YAML.replace("[-1.0, -2.0, 0.0]", "\n  - -1.0\n  - -2.0 # down\n  - 0"),
+        YAML.replace("0.65", "\"0.65\""),
+        format!("\u{feff}{YAML}"),
+        YAML.replace('\n', "\r\n"),
+        flow.to_owned(),
+    ] {
+        let map = Files::new(&yaml).load().unwrap_or_else(|error| panic!("{error}:\n{yaml}"));
+        assert!(map.warnings().is_empty(), "{:?} of {yaml}", map.warnings());
+        assert_eq!(map.cell(Point::new(1.05, -1.0)), Some(Cell::Occupied), "{yaml}");
+        assert_eq!(map.cell(Point::new(2.7, 0.0)), Some(Cell::Unknown), "{yaml}");
+    }
+}
+
+#[test]
+fn true_negates() {
+    let map = Files::new(&YAML.replace("negate: 0", "negate: true")).load().expect("the map is valid");
+    assert_eq!(map.cell(Point::new(1.05, -1.0)), Some(Cell::Free), "black is free");
+}
+
+#[test]
+fn unknown_keys_are_ignored_and_named() {
+    let map = Files::new(&format!("{YAML}image_sha256: 'ab'\nmaker: {{name: x}}\n")).load().expect("valid");
+    let [first, second] = map.warnings() else { panic!("{:?}", map.warnings()) };
+    assert!(first.contains("line 7: `image_sha256` is not a key of a map"), "{first}");
+    assert!(second.contains("line 8: `maker`"), "{second}");
+}
+
+#[test]
+fn unknown_pixels_that_a_threshold_frees_are_counted() {
+    let map = Files::new(&YAML.replace("0.196", "0.25")).load().expect("the map is valid");
+    assert_eq!(map.cell(Point::new(2.7, 0.0)), Some(Cell::Free));
+    let [warning] = map.warnings() else { panic!("{:?}", map.warnings()) };
+    // 9 columns of 58 pixels.
+    assert!(warning.contains("522 pixels of value 205") && warning.contains("0.196"), "{warning}");
+}
+
+/// A row of pixels in a mode, as cells from left to right.
+fn cells(mode: &str, pixels: &[[u8; 4]]) -> Vec<Cell> {
+    let files = Files::new(&format!("{}mode: {mode}\n", YAML.replace("map.pgm", "map.png")));
+    let picture = RgbaImage::from_fn(pixels.len() as u32, 1, |column, _| Rgba(pixels[column as usize]));
+    picture.save(files.0.path().join("map.png")).expect("an image");
+    let map = files.load().expect("the map is valid");
+    let at = |column: usize| Point::new(-1.0 + 0.05 * (column as f32 + 0.5), -1.975);
+    (0..pixels.len()).map(|column| map.cell(at(column)).expect("within the map")).collect()
+}
+
+/// What `nav2_map_server` makes of the same pixels.
+#[test]
+fn the_modes_are_those_of_the_map_server() {
+    use Cell::{Free, Occupied, Unknown};
+    let gray = |value: u8| [value, value, value, 255];
+    let clear = |value: u8| [value, value, value, 0];
+    let pixels = [gray(254), gray(205), gray(128), gray(0), clear(255), clear(0)];
+    // White and clear is (3 * 255 + 0) / 4, occupancy 0.25; gray 205 and opaque is (3 * 205 + 255) / 4, 0.15.
+    assert_eq!(cells("trinary", &pixels), [Free, Free, Unknown, Occupied, Unknown, Occupied]);
+    assert_eq!(cells("scale", &pixels), [Free, Unknown, Unknown, Occupied, Unknown, Unknown]);
+    let percent =
+        [gray(0), gray(19), gray(20), gray(65), gray(66), gray(100), gray(101), gray(255), clear(0)];
+    assert_eq!(
+        cells("raw", &percent),
+        [Free, Free, Unknown, Unknown, Occupied, Occupied, Unknown, Unknown, Free]
+    );
+}
+
+#[test]
+fn coordinates_far_from_zero_are_refused_with_the_limit() {
+    let utm = YAML.replace("[-1.0, -2.0, 0.0]", "[388095.0, 3948994.0, 0.0]");
+    let error = Files::new(&utm).error();
+    assert!(error.contains("line 3: ") && error.contains("100 km"), "{error}");
+}
+
+#[test]
+fn what_is_wrong_is_said_once() {
+    let files = Files::new(YAML);
+    let mut closed = picture();
+    (0..60).for_each(|row| closed.put_pixel(40, row, Luma([OCCUPIED])));
+    closed.save(files.0.path().join("map.pgm")).expect("an image");
+    let error = files.load().expect("valid").into_world(start(), GOAL).expect_err("no path");
+    let mut said = error.to_string();
+    let mut cause = std::error::Error::source(&error);
+    while let Some(error) = cause {
+        said += &format!(": {error}");
+        cause = error.source();
+    }
+    assert_eq!(said.matches("no path").count(), 1, "{said}");
 }
