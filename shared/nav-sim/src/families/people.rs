@@ -30,8 +30,9 @@ impl Manners {
         }
     }
 
-    /// A person without a place yet: 40 % scripted (half of them yield), 40 % social force, 20 % ORCA; half do
-    /// not see the robot.
+    /// A person without a place yet: 40 % scripted (half of them yield), 40 % social force, 20 % ORCA. Half
+    /// of those who see anybody do not see the robot; with the scripted who do not yield, who see nobody, 60 %
+    /// of all people are blind to it.
     pub(super) fn person(&self, dice: &mut Dice) -> Person {
         let share = dice.within(0.0..=1.0);
         let model = if share < 0.2 {

@@ -87,7 +87,7 @@ fn people_have_room_to_start_and_to_walk() {
             let fastest_mps = if *split == Split::Test { 1.1 } else { 0.9 };
             assert!(person.speed_mps >= 0.3 && person.speed_mps <= fastest_mps);
             counts[person.model as usize] += 1;
-            seeing += usize::from(person.sees_robot);
+            seeing += usize::from(person.sees_robot && person.model != WalkModel::Scripted);
         }
     }
     let all: usize = counts.iter().sum();
@@ -100,7 +100,8 @@ fn people_have_room_to_start_and_to_walk() {
     ] {
         assert!((share(counts[model as usize]) - expected).abs() < 0.03, "{counts:?}");
     }
-    assert!((share(seeing) - 0.5).abs() < 0.03, "{seeing} of {all}");
+    // Half of those who see anybody.
+    assert!((share(seeing) - 0.4).abs() < 0.03, "{seeing} of {all}");
 }
 
 #[test]

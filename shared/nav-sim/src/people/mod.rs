@@ -7,7 +7,8 @@
 //! | social force | people and walls within [`SIGHT_M`] | `social_force.rs` |
 //! | ORCA | people and walls within [`SIGHT_M`] | `orca.rs` |
 //!
-//! Whether a person also sees the robot is its own property. Velocities are chosen once a step, all from the
+//! Whether a person also sees the robot is its own property ([`Person::sees_robot`]); the scripted never do.
+//! Velocities are chosen once a step, all from the
 //! same moment; then everybody moves with them in substeps. Social force and ORCA are pushed out of static
 //! obstacles (they may enter by centimetres within a step); scripted people trust their waypoints to lie in free straight lines. The
 //! cost of a step is bounded: everybody looks at the nearest [`NEIGHBOURS_MAX`] only, found by comparing all
