@@ -3,15 +3,15 @@
 //! With `--features onnxruntime` and `ORT_DYLIB_PATH`, ONNX Runtime is a third engine. See [`runtime::bench`] for what is
 //! measured; `runtime bench --model DIR` measures a trained model the same way.
 
-#[path = "../tests/support"]
+#[path = "../../shared/nav-model/tests/support"]
 mod support {
     pub(crate) mod models;
     pub(crate) mod onnx;
 }
 
-use runtime::alloc::CheckedAllocator;
+use nav_model::alloc::CheckedAllocator;
+use nav_model::load::load_network;
 use runtime::bench::{self, BenchOptions, NamedNetwork};
-use runtime::load::load_network;
 use support::models;
 
 #[global_allocator]

@@ -4,10 +4,10 @@ mod cli;
 
 use clap::Parser;
 use cli::{BenchArguments, Cli, Command, PeerArguments, RunArguments};
-use runtime::alloc::CheckedAllocator;
+use nav_model::alloc::CheckedAllocator;
+use nav_model::model::Model;
 use runtime::bench::{self, BenchOptions, NamedNetwork};
 use runtime::bench_loop::{self, LoopBenchError, load, peer};
-use runtime::model::Model;
 use runtime::run::plan::End;
 use runtime::run::stop::StopReason;
 use runtime::terminal::say;
@@ -49,7 +49,7 @@ fn run(arguments: RunArguments) -> anyhow::Result<ExitCode> {
 }
 
 fn check(arguments: &cli::ModelArguments) -> anyhow::Result<ExitCode> {
-    for line in runtime::check::check(&arguments.model)? {
+    for line in nav_model::check::check(&arguments.model)? {
         say(line);
     }
     Ok(ExitCode::SUCCESS)

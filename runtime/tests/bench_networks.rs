@@ -1,14 +1,15 @@
 //! The bench of networks measures what it says, for people and for scripts. No figure is judged here.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../shared/nav-model/tests/support"]
 mod support {
     pub(crate) mod models;
     pub(crate) mod onnx;
 }
 
-use runtime::alloc::CheckedAllocator;
+use nav_model::alloc::CheckedAllocator;
+use nav_model::load::load_network;
 use runtime::bench::{self, BenchError, BenchOptions, Engine, NamedNetwork};
-use runtime::load::load_network;
 use support::models;
 
 #[global_allocator]

@@ -5,7 +5,7 @@ mod support;
 use nav_core::messages::{Goal, Header, LaserScan, Odometry};
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, RobotName, RobotNode};
-use runtime::alloc::CheckedAllocator;
+use nav_model::alloc::CheckedAllocator;
 use runtime::run::drive::drive;
 use runtime::run::live::Live;
 use runtime::run::plan::{DrivePlan, End, Pace};

@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use nav_model::model::{actor_contract, scorer_contract};
 use rand::{RngExt, SeedableRng};
-use runtime::model::{actor_contract, scorer_contract};
 use tch::Tensor;
 use trainer::logs::ScalarLog;
 use trainer::nn::{Activation, Mlp, MlpShape, Rng};

@@ -14,8 +14,8 @@
 //! ```no_run
 //! use runtime::bench::{self, BenchOptions, NamedNetwork};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! # let (bytes, contract) = (Vec::<u8>::new(), runtime::model::actor_contract());
-//! let loaded = runtime::load::load_network(&bytes, &contract)?;
+//! # let (bytes, contract) = (Vec::<u8>::new(), nav_model::model::actor_contract());
+//! let loaded = nav_model::load::load_network(&bytes, &contract)?;
 //! let report = bench::networks(&mut [NamedNetwork::new("td3", loaded)], &BenchOptions::default())?;
 //! println!("{report}");
 //! # Ok(())
@@ -33,8 +33,8 @@ pub use engines::Engine;
 pub use report::{EngineFigures, Machine, NetworkFigures, NetworkReport};
 pub use samples::Percentiles;
 
-use crate::load::{LoadError, LoadedNetwork};
 use caches::Caches;
+use nav_model::load::{LoadError, LoadedNetwork};
 use std::time::Duration;
 
 /// Time between the dummy run and the measured run of the rehearsed state.

@@ -1,7 +1,7 @@
 //! ONNX Runtime as a third engine. Only in builds with the feature `onnxruntime`, never on the robot.
 
 use super::BenchError;
-use crate::load::{NetworkContract, PARITY_TOLERANCE};
+use nav_model::load::{NetworkContract, PARITY_TOLERANCE};
 use ort::environment::Environment;
 use ort::session::{IoBinding, Session};
 use ort::value::Tensor;
@@ -30,7 +30,7 @@ pub(super) struct BoundSession {
 
 impl BoundSession {
     pub(super) fn new(onnx: &[u8], contract: &NetworkContract, input: &[f32]) -> Result<Self, BenchError> {
-        let shape = |port: &crate::load::Port| [port.rows, port.cols];
+        let shape = |port: &nav_model::load::Port| [port.rows, port.cols];
         let session = Session::builder(environment()?)
             .map_err(failed)?
             .with_intra_threads(1)

@@ -10,7 +10,6 @@ pub mod load;
 pub mod peer;
 mod words;
 
-use crate::model::{Model, ModelError};
 use crate::run::drive::drive;
 use crate::run::histogram::Percentiles;
 use crate::run::live::Live;
@@ -25,6 +24,7 @@ use limit::Limit;
 use load::Hogs;
 use nav_core::controller::ShapeError;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
+use nav_model::model::{Model, ModelError};
 use peer::Peer;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

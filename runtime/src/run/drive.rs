@@ -7,10 +7,10 @@ use super::ports::Ports;
 use super::record::Record;
 use super::rest::Rest;
 use super::stop::Stop;
-use crate::alloc::{self, Counts};
 use nav_core::messages::{Header, Status};
 use nav_core::tick::Tick;
 use nav_ipc::clock::monotonic_ns;
+use nav_model::alloc::{self, Counts};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;
 

@@ -24,13 +24,13 @@ pub mod report;
 pub mod rest;
 pub mod stop;
 
-use crate::model::{Model, ModelError};
 use crate::terminal::say;
 use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
 use nav_core::tick::Tick;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
+use nav_model::model::{Model, ModelError};
 use plan::{DriveError, DrivePlan, End};
 use ports::Ports;
 use realtime::RealTime;
@@ -97,7 +97,7 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
         // Known now and not after the drive.
         report::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
     }
-    say(crate::check::headline(&model));
+    say(nav_model::check::headline(&model));
     let mut controller = model.into_controller()?;
     let mut ports = Ports::open(&plan.robot, &plan.ipc)?;
     say(format_args!("topics of robot `{}` are open, waiting for scans", plan.robot));

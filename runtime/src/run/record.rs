@@ -1,9 +1,9 @@
 //! What a run measures, in memory of fixed size.
 
 use super::histogram::Histogram;
-use crate::alloc::Counts;
 use nav_core::messages::{Header, Odometry, RunState, fault};
 use nav_core::tick::{Inputs, TickStatus};
+use nav_model::alloc::Counts;
 
 /// Number of states and fault bits that are counted.
 const STATES: usize = 4;

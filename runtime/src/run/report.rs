@@ -109,7 +109,7 @@ impl Report {
             distance_m: record.distance_m,
             allocations: record.heap.allocations,
             frees: record.heap.frees,
-            allocations_counted: crate::alloc::is_installed(),
+            allocations_counted: nav_model::alloc::is_installed(),
             reconnects: record.reconnects,
             reconnect_allocations: record.reconnect_heap.allocations,
             tick: record.tick.percentiles(),

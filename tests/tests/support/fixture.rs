@@ -8,8 +8,8 @@ use nav_core::observation::{
 };
 use nav_core::scan::SECTOR_COUNT;
 use nav_core::task::{ACTION_COUNT, Task};
-use runtime::load::{NetworkContract, load_network, read_file};
-use runtime::model::{Golden, GoldenPair, actor_contract, scorer_contract};
+use nav_model::load::{NetworkContract, load_network, read_file};
+use nav_model::model::{Golden, GoldenPair, actor_contract, scorer_contract};
 use std::fs;
 use std::path::Path;
 

@@ -7,7 +7,7 @@
 )]
 
 pub mod fixture;
-#[path = "../../../runtime/tests/support/onnx.rs"]
+#[path = "../../../shared/nav-model/tests/support/onnx.rs"]
 pub mod onnx;
 pub mod programs;
 pub mod stub;

@@ -13,9 +13,9 @@ use anyhow::{Context, Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
+use nav_model::model::Model;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{EpisodeTrace, svg_sheet, write_picture};
-use runtime::model::Model;
 use serde::Serialize;
 use std::path::Path;
 

@@ -3,8 +3,8 @@
 use anyhow::{Context, Result};
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, expand_candidates};
 use nav_core::task::{ACTION_COUNT, ACTION_GOAL};
+use nav_model::model::{Golden, GoldenPair};
 use nav_sim::families::{Family, Split};
-use runtime::model::{Golden, GoldenPair};
 use std::sync::Arc;
 use tch::Tensor;
 

@@ -13,7 +13,7 @@ mod golden;
 mod manifest;
 
 use anyhow::{Context, Result, bail};
-use runtime::model::{Golden, GoldenPair, Model, actor_contract, scorer_contract};
+use nav_model::model::{Golden, GoldenPair, Model, actor_contract, scorer_contract};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;

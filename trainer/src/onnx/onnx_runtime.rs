@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use nav_model::load::NetworkContract;
 use ort::environment::Environment;
 use ort::session::Session;
 use ort::value::TensorRef;
-use runtime::load::NetworkContract;
 
 use super::VerifyError;
 

@@ -1,7 +1,7 @@
 //! Networks out through ONNX and back in through three engines.
 
+use nav_model::load::{NetworkContract, Port};
 use rand::{RngExt, SeedableRng};
-use runtime::load::{NetworkContract, Port};
 use tch::Tensor;
 
 use super::*;

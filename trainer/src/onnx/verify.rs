@@ -1,6 +1,6 @@
 //! The check that every export passes: three engines must give what the trainer's own network gave.
 
-use runtime::load::{LoadError, NetworkContract, load_network};
+use nav_model::load::{LoadError, NetworkContract, load_network};
 
 use super::OnnxRuntime;
 

@@ -1,7 +1,7 @@
 //! A perceptron as an ONNX graph.
 
+use nav_model::load::NetworkContract;
 use prost::Message;
-use runtime::load::NetworkContract;
 
 use super::schema::{
     Attribute, FLOAT, Graph, IR_VERSION, Model, Node, OPERATOR_SET, OperatorSet, Property, Tensor, ValueInfo,

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses a part")]
 
 use super::onnx::{Attribute, Dim, Graph, numbers};
-use runtime::load::{NetworkContract, Port};
+use nav_model::load::{NetworkContract, Port};
 
 /// Name, bytes and contract of a model.
 pub(crate) type Model = (&'static str, Vec<u8>, NetworkContract);

@@ -6,8 +6,8 @@ mod support {
     pub(crate) mod onnx;
 }
 
-use runtime::alloc::{self, CheckedAllocator, Counts};
-use runtime::load::load_network;
+use nav_model::alloc::{self, CheckedAllocator, Counts};
+use nav_model::load::load_network;
 use std::hint::black_box;
 use std::os::unix::process::ExitStatusExt;
 use std::process::Command;

@@ -7,7 +7,7 @@
 //! A program installs it once; nothing is checked without that, and [`is_installed`] tells:
 //!
 //! ```
-//! use runtime::alloc::{self, CheckedAllocator};
+//! use nav_model::alloc::{self, CheckedAllocator};
 //!
 //! #[global_allocator]
 //! static ALLOCATOR: CheckedAllocator = CheckedAllocator;

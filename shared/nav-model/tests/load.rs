@@ -7,7 +7,7 @@ mod support {
 }
 
 use nav_core::network::CpuLevel;
-use runtime::load::{LoadError, MAX_MODEL_BYTES, NetworkContract, load_network, load_network_at};
+use nav_model::load::{LoadError, MAX_MODEL_BYTES, NetworkContract, load_network, load_network_at};
 use support::models::{self, contract};
 use support::onnx::{Attribute, Dim, Graph, Message, numbers, tensor};
 
