@@ -44,7 +44,7 @@ pub(crate) enum LinkError {
     Ipc(#[from] IpcError),
 }
 
-/// See the module.
+/// The topics of one robot, with whether and when its runtime last answered.
 #[derive(Debug)]
 pub(crate) struct Link {
     robot: RobotName,

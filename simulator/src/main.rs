@@ -1,15 +1,17 @@
 //! A simulated robot behind the robot's own topics: `nav-sim` where a driver would be.
 
 mod cli;
-mod driver;
+mod plan;
+mod worlds;
+
 mod episodes;
 mod link;
-mod picture;
-mod plan;
-mod report;
+mod driver;
 mod signals;
+
 mod view;
-mod worlds;
+mod picture;
+mod report;
 
 use clap::Parser;
 use std::process::ExitCode;

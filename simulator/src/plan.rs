@@ -12,7 +12,7 @@ use std::time::Duration;
 use crate::cli::{Arguments, DisturbanceChoice, Pace, ViewChoice};
 use crate::worlds::WorldSource;
 
-/// See the module.
+/// All that the command line asks for. Nothing in it can fail for being badly typed any more.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) source: WorldSource,

@@ -14,7 +14,7 @@ const ROWS_MAX: usize = 34;
 /// Pictures come no faster than this.
 const FRAME: Duration = Duration::from_millis(100);
 
-/// See the module.
+/// The picture of an episode: what does not move is drawn once.
 #[derive(Debug, Default)]
 pub(crate) struct View {
     canvas: Canvas,

@@ -1,17 +1,20 @@
 //! Project automation, started as `cargo xtask <task>`; needs only cargo, gcc and python3 with pip.
 
-mod bench;
 mod demo;
-mod libtorch;
-mod onnxruntime;
-mod process;
-mod programs;
-mod python;
-mod shell;
-mod test;
 mod training;
 mod two_processes;
+mod process;
+
+mod test;
+mod bench;
+
+mod libtorch;
 mod wheel;
+mod onnxruntime;
+mod python;
+
+mod programs;
+mod shell;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

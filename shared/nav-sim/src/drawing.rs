@@ -10,10 +10,10 @@
 //! | violet square | the decision to wait |
 //! | orange discs and lines | people where the picture ends, and their ways |
 
-mod canvas;
 mod episode;
-mod file;
+mod canvas;
 mod lettering;
+mod file;
 
 pub use file::{DrawError, write_picture};
 

@@ -18,14 +18,15 @@
 //! the people of the test split may walk faster and be larger than any in training.
 
 mod dice;
-mod maze;
-mod open;
-mod people;
-mod rooms;
 mod scene;
+mod people;
+
+mod open;
+mod trap;
+mod maze;
+mod rooms;
 mod stream;
 mod tight;
-mod trap;
 
 use crate::geodesic::GeodesicField;
 use crate::world::World;

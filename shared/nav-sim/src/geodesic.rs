@@ -5,8 +5,8 @@
 //! any-angle paths, not of staircases. They come out up to 3 % too long in open space and 4 % round corners;
 //! a path from [`GeodesicField::path`] is within 2 % of the shortest, and its length is what to score against.
 
-mod march;
 mod raster;
+mod march;
 
 use crate::obstacles::Obstacles;
 use crate::world::World;

@@ -10,24 +10,22 @@
 //! distances), [`map_file`] and [`world_file`] (worlds from disk), [`drawing`] (pictures of episodes).
 
 pub mod world;
-
 pub mod families;
+
+pub mod simulation;
+pub mod dynamics;
+pub mod odometer;
+pub mod localiser;
+pub mod disturbance;
+pub mod obstacles;
+pub mod collision;
+pub mod lidar;
+pub mod normal;
+pub mod people;
+
 pub mod geodesic;
 
 pub mod map_file;
 pub mod world_file;
 
 pub mod drawing;
-
-pub mod simulation;
-
-pub mod normal;
-
-pub mod collision;
-pub mod disturbance;
-pub mod dynamics;
-pub mod lidar;
-pub mod localiser;
-pub mod obstacles;
-pub mod odometer;
-pub mod people;

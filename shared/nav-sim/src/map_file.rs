@@ -21,10 +21,8 @@
 //! What a robot at the start can see of the occupied cells becomes walls: the edges of the free cells it can
 //! reach, merged into segments as long as they go straight. A yaw turns the whole map.
 
-mod keys;
-
 mod description;
-
+mod keys;
 mod outline;
 
 use crate::world::{Bounds, World};
@@ -54,7 +52,7 @@ impl Default for MapOptions {
 
 /// What the map says about a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cell {
+enum Cell {
     /// The robot can stand here.
     Free,
     /// An obstacle.
@@ -200,21 +198,6 @@ impl Map {
     /// What may not be meant as it is read, in sentences.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
-    }
-
-    /// Side of a cell, m.
-    pub fn resolution_m(&self) -> f32 {
-        self.resolution_m
-    }
-
-    /// Columns and rows of cells.
-    pub fn size(&self) -> (usize, usize) {
-        (self.columns, self.rows)
-    }
-
-    /// The cell that holds a point of the world; `None` outside the map.
-    pub fn cell(&self, point: Point) -> Option<Cell> {
-        self.index(point).map(|index| self.cells[index])
     }
 
     /// The world of this map with a start and a goal (m, in the frame that `origin` refers to).

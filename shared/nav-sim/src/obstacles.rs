@@ -143,7 +143,7 @@ impl Obstacles {
     }
 
     /// Whether a point lies inside a polygon or outside the bounds.
-    pub fn is_in_solid(&self, point: Point) -> bool {
+    fn is_in_solid(&self, point: Point) -> bool {
         !self.bounds.contains(point)
             || self.solids.iter().any(|solid| {
                 solid.around.contains(point) && is_inside(point, &self.vertices[solid.first..solid.end])

@@ -15,9 +15,9 @@
 //! pairs.
 
 mod neighbours;
-mod orca;
 mod scripted;
 mod social_force;
+mod orca;
 
 pub use neighbours::{NEIGHBOURS_MAX, SIGHT_M};
 
