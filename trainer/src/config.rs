@@ -16,6 +16,7 @@ use crate::td3::Td3Config;
 mod check;
 mod profiles;
 mod read;
+mod robots;
 
 /// How much is spent on a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]

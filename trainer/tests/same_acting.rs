@@ -4,15 +4,16 @@
 use nav_core::controller::Controller;
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION, expand_candidates};
 use nav_core::task::{ACTION_COUNT, ACTION_WAIT, Task};
+use nav_env::ActingNetwork;
+use nav_env::drive::Bench;
+use nav_env::episode::Episode;
+use nav_env::high::drive_step;
+use nav_env::worlds::generate_places;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split};
 use rand::SeedableRng;
-use trainer::evaluate::drive::Bench;
+use trainer::acting::{Normaliser, pack};
 use trainer::nn::{Activation, Mlp, MlpShape, Rng};
-use trainer::rollout::episode::Episode;
-use trainer::rollout::high::drive_step;
-use trainer::rollout::policy::{ActingNetwork, Normaliser, pack};
-use trainer::rollout::worlds::generate_places;
 
 /// Fresh networks, low and high: their behaviour makes no sense and hangs on every input.
 fn networks() -> (ActingNetwork, ActingNetwork) {

@@ -1,9 +1,8 @@
 //! `trainer evaluate`: policies on shared held-out worlds, through the runtime's own controller.
 //!
-//! Reading order: [`drive`] (one episode), [`batch`] (many), [`planner`], [`reactive`] (rivals), [`report`].
+//! Reading order: [`nav_env::drive`] (one episode), [`nav_env::batch`] (many), [`planner`], [`reactive`] (rivals),
+//! [`report`].
 
-pub mod batch;
-pub mod drive;
 mod follow;
 pub mod planner;
 pub mod reactive;
@@ -13,6 +12,9 @@ use anyhow::{Context, Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
+use nav_env::batch::{BatchOptions, drive_all};
+use nav_env::drive::Driven;
+use nav_env::worlds::{Place, generate_places};
 use nav_model::model::Model;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{EpisodeTrace, svg_sheet, write_picture};
@@ -20,11 +22,8 @@ use serde::Serialize;
 use std::path::Path;
 
 use crate::cli::{DisturbanceName, EvaluateArgs, PolicyName};
-use crate::rollout::worlds::{Place, generate_places};
 use crate::train::policy::Policy;
 use crate::train::run_folder::RunFolder;
-use batch::{BatchOptions, drive_all};
-use drive::Driven;
 use planner::{KnownMapPlanner, Search};
 use reactive::Reactive;
 use report::{EpisodeRow, Summary};

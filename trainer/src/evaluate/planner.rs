@@ -4,13 +4,13 @@ use nav_core::geometry::Point;
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
+use nav_env::drive::Driver;
+use nav_env::worlds::Place;
 use nav_sim::obstacles::Obstacles;
 use nav_sim::world::World;
 use pathfinding::directed::{astar::astar, dijkstra::dijkstra};
 
-use super::drive::Driver;
 use super::follow::Follower;
-use crate::rollout::worlds::Place;
 
 /// Side of a planning cell, m.
 const CELL_M: f32 = 0.1;

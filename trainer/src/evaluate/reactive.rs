@@ -5,8 +5,8 @@ use nav_core::geometry::{Point, wrap_angle};
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
+use nav_env::drive::Driver;
 
-use super::drive::Driver;
 use super::follow::Follower;
 
 /// Directions tried.

@@ -3,15 +3,15 @@
 use anyhow::{Context, Result};
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, expand_candidates};
 use nav_core::task::{ACTION_COUNT, ACTION_GOAL};
+use nav_env::high::HighRobot;
+use nav_env::low::LowRobot;
+use nav_env::worlds::generate_places;
 use nav_model::model::{Golden, GoldenPair};
 use nav_sim::families::{Family, Split};
 use std::sync::Arc;
 use tch::Tensor;
 
 use crate::nn::Mlp;
-use crate::rollout::high::HighRobot;
-use crate::rollout::low::LowRobot;
-use crate::rollout::worlds::generate_places;
 use crate::train::policy::Policy;
 
 /// Pairs a network.
@@ -41,8 +41,7 @@ pub(super) fn golden_pairs(policy: &Policy) -> Result<Golden> {
     let (task, disturbance) = (&policy.task, &config.disturbance);
     let mut actor = policy.actor.network()?;
     let mut acting = policy.low()?;
-    let mut robot =
-        LowRobot::new(Arc::new(config.low.clone()), places.clone(), task, disturbance, config.seed);
+    let mut robot = LowRobot::new(config.low.robot(), places.clone(), task, disturbance, config.seed);
     for step in 0..PAIRS * STRIDE {
         let observation = *robot.observation();
         if step % STRIDE == 0 {
@@ -57,7 +56,7 @@ pub(super) fn golden_pairs(policy: &Policy) -> Result<Golden> {
     }
     if let (Some(scorer), Some(mut high)) = (&policy.scorer, policy.high()?) {
         let mut scorer = scorer.network()?;
-        let mut robot = HighRobot::new(Arc::new(config.high.clone()), places, task, disturbance, config.seed);
+        let mut robot = HighRobot::new(config.high.robot(), places, task, disturbance, config.seed);
         let mut values = [0.0; ACTION_COUNT];
         for _ in 0..PAIRS {
             let observation = *robot.observation();

@@ -31,9 +31,7 @@ mod tests;
 pub use adam::{Adam, AdamState};
 pub use buffer::Buffer;
 pub use mlp::{Activation, Dense, Mlp, MlpShape};
-
-/// The generator of every learner: small, fast, and it can be saved.
-pub type Rng = rand_xoshiro::Xoshiro256PlusPlus;
+pub use nav_env::seeds::Rng;
 
 /// Prepares the process for training; call once, before the first tensor.
 ///

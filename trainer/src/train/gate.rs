@@ -4,13 +4,13 @@ use anyhow::Result;
 use nav_core::controller::Controller;
 use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_COUNT, Task};
+use nav_env::batch::{BatchOptions, drive_all};
+use nav_env::worlds::{Place, generate_places};
 use nav_sim::families::{Family, Split};
 use serde::{Deserialize, Serialize};
 
+use crate::acting::{Normaliser, pack};
 use crate::config::Config;
-use crate::evaluate::batch::{BatchOptions, drive_all};
-use crate::rollout::policy::{Normaliser, pack};
-use crate::rollout::worlds::{Place, generate_places};
 use crate::train::low_score::{LowReport, LowScore};
 use crate::train::policy::Weights;
 

@@ -6,19 +6,20 @@
 use anyhow::{Result, ensure};
 use nav_core::observation::{CANDIDATE_FEATURES, HIGH_OBSERVATION, expand_candidates};
 use nav_core::task::ACTION_COUNT;
+use nav_env::ActingNetwork;
+use nav_env::high::{DecisionReport, HighRobot, HighTransition, random_action};
+use nav_env::seeds::derive;
+use nav_env::worlds::Place;
 use nav_sim::simulation::Outcome;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+use crate::acting::{pack, repack};
 use crate::config::{Config, HighConfig};
 use crate::dqn::{Candidates, Decision, DecisionBatch, Dqn, DqnLosses, DqnState};
 use crate::nn::Rng;
 use crate::replay::{ReplayBuffer, ReplayPosition};
-use crate::rollout::high::{DecisionReport, HighRobot, HighTransition, random_action};
-use crate::rollout::policy::{ActingNetwork, pack, repack};
-use crate::rollout::worlds::Place;
-use crate::seeds::derive;
 use crate::train::window::{Ended, Window};
 
 /// Stage B under way.
@@ -79,7 +80,7 @@ impl HighStage {
         let robots = (0..high.envs as u64)
             .map(|robot| {
                 let seed = derive(config.seed, 3_000 + robot);
-                HighRobot::new(high.clone(), places.clone(), &config.task, &config.disturbance, seed)
+                HighRobot::new(high.robot(), places.clone(), &config.task, &config.disturbance, seed)
             })
             .collect();
         let learner = Dqn::new(CANDIDATES, high.dqn.clone(), derive(config.seed, 3));

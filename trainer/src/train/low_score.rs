@@ -2,16 +2,17 @@
 
 use anyhow::Result;
 use nav_core::observation::LOW_ACTION;
+use nav_env::ActingNetwork;
+use nav_env::low::{Attempt, LowRobot, LowRobotConfig};
+use nav_env::seeds::derive;
+use nav_env::worlds::generate_places;
 use nav_sim::families::{Family, Split};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-use crate::config::{Config, LowConfig};
+use crate::acting::{Normaliser, pack};
+use crate::config::Config;
 use crate::nn::Mlp;
-use crate::rollout::low::{Attempt, LowRobot};
-use crate::rollout::policy::{ActingNetwork, Normaliser, pack};
-use crate::rollout::worlds::generate_places;
-use crate::seeds::derive;
 
 /// Attempts in each family. A share near 97 % of six times as many is known to 0.35 percentage points.
 const ATTEMPTS: usize = 400;
@@ -82,11 +83,11 @@ pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Resul
 fn score_family(config: &Config, family: Family, network: &mut ActingNetwork) -> LowScore {
     let places =
         Arc::new(generate_places(&[family], Split::Validation, 0..WORLDS, config.task.robot.radius_m));
-    let low = Arc::new(LowConfig { goal_share: 0.0, ..config.low.clone() });
+    let low = LowRobotConfig { goal_share: 0.0, ..config.low.robot() };
     let (mut attempts, mut reached, mut collided) = (0, 0, 0);
     for robot in 0..ROBOTS {
         let seed = derive(config.seed, 5_000 + robot);
-        let mut robot = LowRobot::new(low.clone(), places.clone(), &config.task, &config.disturbance, seed);
+        let mut robot = LowRobot::new(low, places.clone(), &config.task, &config.disturbance, seed);
         // Each robot makes equally many, so that long attempts count as much as short ones.
         let mut left = ATTEMPTS / ROBOTS as usize;
         // Far more steps than they take: where no subgoal can be found, the score says so by too few attempts.

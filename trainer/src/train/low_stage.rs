@@ -4,17 +4,19 @@
 
 use anyhow::{Result, ensure};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
+use nav_env::ActingNetwork;
+use nav_env::low::{Attempt, LowRobot, LowTransition};
+use nav_env::seeds::derive;
+use nav_env::worlds::Place;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+use super::explore::explore;
+use crate::acting::{Normaliser, pack, repack};
 use crate::config::{Config, LowConfig};
 use crate::nn::Rng;
 use crate::replay::{ReplayBuffer, ReplayPosition};
-use crate::rollout::low::{Attempt, LowRobot, LowTransition, explore};
-use crate::rollout::policy::{ActingNetwork, Normaliser, pack, repack};
-use crate::rollout::worlds::Place;
-use crate::seeds::derive;
 use crate::td3::{Batch, Td3, Td3Losses, Td3State, Transition};
 use crate::train::window::{Ended, Window};
 
@@ -66,7 +68,7 @@ impl LowStage {
         let robots = (0..low.envs as u64)
             .map(|robot| {
                 let seed = derive(config.seed, 1_000 + robot);
-                LowRobot::new(low.clone(), places.clone(), &config.task, &config.disturbance, seed)
+                LowRobot::new(low.robot(), places.clone(), &config.task, &config.disturbance, seed)
             })
             .collect();
         let learner = Td3::new(LOW_OBSERVATION, LOW_ACTION, low.td3.clone(), derive(config.seed, 1));

@@ -3,6 +3,7 @@
 //! Reading order: [`run`] (what happens when), [`low_stage`] and [`high_stage`] (the two stages), [`low_score`] and
 //! [`gate`] (what must be reached), [`policy`] and [`run_folder`] (what is kept).
 
+mod explore;
 pub mod gate;
 pub mod high_stage;
 pub mod low_score;

@@ -3,12 +3,13 @@
 use anyhow::{Context, Result, ensure};
 use nav_core::controller::Controller;
 use nav_core::task::{ACTION_COUNT, Task};
+use nav_env::ActingNetwork;
 use rand::SeedableRng;
 use serde::{Deserialize, Serialize};
 
+use crate::acting::{Normaliser, pack};
 use crate::config::Config;
 use crate::nn::{Mlp, MlpShape, Rng};
-use crate::rollout::policy::{ActingNetwork, Normaliser, pack};
 use crate::train::gate::GateReport;
 
 /// A network's shape and weights.

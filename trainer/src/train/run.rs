@@ -5,6 +5,7 @@ mod rounds;
 use anyhow::{Context, Result, bail};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
+use nav_env::worlds::{Place, generate_places};
 use nav_sim::families::Split;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -16,11 +17,10 @@ use super::low_score::{LowReport, score_low};
 use super::low_stage::LowStage;
 use super::policy::{Policy, Weights};
 use super::run_folder::RunFolder;
+use crate::acting::{Normaliser, pack};
 use crate::checkpoint::{Checkpoint, CheckpointStore};
 use crate::config::Config;
 use crate::logs::ScalarLog;
-use crate::rollout::policy::{Normaliser, pack};
-use crate::rollout::worlds::{Place, generate_places};
 use crate::stop::StopRequest;
 
 /// How a call to [`Run::train`] ended.

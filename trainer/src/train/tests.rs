@@ -1,13 +1,13 @@
 //! A stage that is restored in the middle goes on to the bit.
 
+use nav_env::worlds::{Place, generate_places};
 use nav_sim::families::{Family, Split};
 use std::sync::Arc;
 
 use super::high_stage::HighStage;
 use super::low_stage::LowStage;
+use crate::acting::pack;
 use crate::config::Config;
-use crate::rollout::policy::pack;
-use crate::rollout::worlds::{Place, generate_places};
 
 fn config() -> Config {
     let mut config = Config::default();

@@ -4,8 +4,8 @@ use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::drive::{Bench, Driven, Driver};
-use crate::rollout::worlds::Place;
+use crate::drive::{Bench, Driven, Driver};
+use crate::worlds::Place;
 
 /// What is the same for all episodes of a batch.
 #[derive(Clone, Copy, Debug)]

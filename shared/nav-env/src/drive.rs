@@ -11,7 +11,7 @@ use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep};
 use nav_sim::families::lasting;
 use nav_sim::simulation::{Outcome, Simulation};
 
-use crate::rollout::worlds::Place;
+use crate::worlds::Place;
 
 /// What drives an episode.
 pub trait Driver: Tick {

@@ -1,4 +1,7 @@
-//! Independent seeds from one.
+//! Random streams: one generator, and independent seeds from one.
+
+/// The generator of everything that is random: small, fast, and it can be saved.
+pub type Rng = rand_xoshiro::Xoshiro256PlusPlus;
 
 /// The seed of stream `index` of `seed` (SplitMix64's output function over both).
 pub fn derive(seed: u64, index: u64) -> u64 {

@@ -11,7 +11,7 @@ use nav_sim::disturbance::Disturbance;
 use nav_sim::families::lasting;
 use nav_sim::simulation::{Outcome, Simulation};
 
-use super::worlds::Place;
+use crate::worlds::Place;
 
 /// A simulated robot, observed at every moment.
 #[derive(Clone, Debug)]

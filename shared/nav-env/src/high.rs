@@ -4,7 +4,7 @@
 //! |---|---|
 //! | observation | [`nav_core::observation`], high level, 107 numbers |
 //! | action | 16 directions, GOAL, WAIT, masked |
-//! | reward | [`HighConfig::reward`]: a step's, discounted and summed over the decision |
+//! | reward | [`HighRobotConfig::reward`]: a step's, discounted and summed over the decision |
 //! | terminated | goal reached, or collision |
 //! | truncated | the episode's time over, or a wrong belief to have arrived |
 
@@ -20,11 +20,25 @@ use rand::{RngExt, SeedableRng};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::episode::Episode;
-use super::policy::ActingNetwork;
-use super::worlds::Place;
-use crate::config::HighConfig;
-use crate::nn::Rng;
+use crate::ActingNetwork;
+use crate::episode::Episode;
+use crate::seeds::{Rng, derive};
+use crate::worlds::Place;
+
+/// What a robot of stage B is paid for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HighRobotConfig {
+    /// Discount of a step (a decision of n steps discounts by its n-th power).
+    pub discount: f32,
+    /// Decisions of a return before it bootstraps.
+    pub n_step: usize,
+    /// Which reward.
+    pub reward: RewardProfile,
+    /// Weights of the profile `decomposed`.
+    pub decomposed: decomposed::HighWeights,
+    /// Weights of the profile `paper`.
+    pub paper: paper::HighWeights,
+}
 
 /// A return over up to n decisions, as stored.
 #[derive(Clone, Debug)]
@@ -66,7 +80,7 @@ pub struct DecisionReport {
 /// A robot of stage B, always at a moment of decision.
 #[derive(Clone, Debug)]
 pub struct HighRobot {
-    config: Arc<HighConfig>,
+    config: HighRobotConfig,
     places: Arc<Vec<Place>>,
     seed: u64,
     episodes: u64,
@@ -85,7 +99,7 @@ pub struct HighRobot {
 impl HighRobot {
     /// A robot in its first episode.
     pub fn new(
-        config: Arc<HighConfig>,
+        config: HighRobotConfig,
         places: Arc<Vec<Place>>,
         task: &Task,
         disturbance: &Disturbance,
@@ -115,7 +129,7 @@ impl HighRobot {
         self.actions.clear();
         self.pending.clear();
         self.returned = 0.0;
-        let mut rng = Rng::seed_from_u64(crate::seeds::derive(self.seed, number));
+        let mut rng = Rng::seed_from_u64(derive(self.seed, number));
         let place = self.places[rng.random_range(0..self.places.len())].clone();
         self.episode.restart(place, rng.random());
         self.way_m = self.episode.way_m().unwrap_or(0.0);

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | observation | [`nav_core::observation`], low level, 82 numbers |
 //! | action | forward speed and turning rate, each in [-1, 1] |
-//! | reward | [`LowConfig::reward`] |
+//! | reward | [`LowRobotConfig::reward`] |
 //! | terminated | target reached, or collision |
 //! | truncated | target given up after `subgoal_steps`, or the episode's time over |
 
@@ -17,16 +17,31 @@ use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::Outcome;
 use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 use std::sync::Arc;
 
-use super::episode::Episode;
-use super::worlds::Place;
-use crate::config::LowConfig;
-use crate::nn::Rng;
+use crate::episode::Episode;
+use crate::seeds::{Rng, derive};
+use crate::worlds::Place;
 
 /// Kept free around a random subgoal, m.
 const SUBGOAL_MARGIN_M: f32 = 0.15;
+
+/// What a robot of stage A drives at, and what it is paid for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LowRobotConfig {
+    /// Share of targets that are the world's goal; the rest are random subgoals.
+    pub goal_share: f32,
+    /// Distance of random subgoals, `[least, most]`, m.
+    pub subgoal_m: [f32; 2],
+    /// Steps after which a subgoal is given up (truncated).
+    pub subgoal_steps: u32,
+    /// Which reward.
+    pub reward: RewardProfile,
+    /// Weights of the profile `decomposed`.
+    pub decomposed: decomposed::LowWeights,
+    /// Weights of the profile `paper`.
+    pub paper: paper::LowWeights,
+}
 
 /// How an attempt at a target ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +76,7 @@ pub struct LowTransition {
 /// A robot of stage A.
 #[derive(Clone, Debug)]
 pub struct LowRobot {
-    config: Arc<LowConfig>,
+    config: LowRobotConfig,
     places: Arc<Vec<Place>>,
     /// This robot's own seed.
     seed: u64,
@@ -83,7 +98,7 @@ pub struct LowRobot {
 impl LowRobot {
     /// A robot in its first episode.
     pub fn new(
-        config: Arc<LowConfig>,
+        config: LowRobotConfig,
         places: Arc<Vec<Place>>,
         task: &Task,
         disturbance: &Disturbance,
@@ -113,7 +128,7 @@ impl LowRobot {
     fn begin(&mut self, number: u64) {
         self.episodes = number;
         self.actions.clear();
-        self.rng = Rng::seed_from_u64(crate::seeds::derive(self.seed, number));
+        self.rng = Rng::seed_from_u64(derive(self.seed, number));
         let place = self.places[self.rng.random_range(0..self.places.len())].clone();
         let seed = self.rng.random();
         self.episode.restart(place, seed);
@@ -253,22 +268,4 @@ impl LowRobot {
     pub fn episode(&self) -> &Episode {
         &self.episode
     }
-}
-
-/// Exploration: independent normal noise, its strength spread over the robots and halved in the course of
-/// the stage.
-pub fn explore(
-    config: &LowConfig,
-    robot: usize,
-    progress: f32,
-    action: [f32; LOW_ACTION],
-    rng: &mut Rng,
-) -> [f32; LOW_ACTION] {
-    let [least, most] = config.noise;
-    let place = if config.envs > 1 { robot as f32 / (config.envs - 1) as f32 } else { 0.5 };
-    let sigma = (least + (most - least) * place) * (1.0 - 0.5 * progress);
-    action.map(|value| {
-        let noise: f32 = StandardNormal.sample(rng);
-        (value + sigma * noise).clamp(-1.0, 1.0)
-    })
 }
