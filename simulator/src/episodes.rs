@@ -1,8 +1,9 @@
 //! Episodes in a row, from the first scan to the report.
 
 use anyhow::Result;
-use nav_core::metrics::{EpisodeEnd, EpisodeRecorder, StepTruth};
-use nav_sim::simulation::{Outcome, Simulation};
+use nav_env::episode_loop::{Onlooker, drive_episode};
+use nav_env::worlds::Place;
+use nav_sim::simulation::Simulation;
 use std::io::Write as _;
 
 use crate::cli::Pace;
@@ -12,7 +13,6 @@ use crate::plan::Plan;
 use crate::report::{EpisodeReport, Report, RunEnd, Summary, Trajectory};
 use crate::signals::Interrupt;
 use crate::view::View;
-use crate::worlds::Place;
 
 /// Drives all episodes of a plan. What was driven before an error or Ctrl-C is reported all the same.
 pub(crate) fn run(plan: &Plan) -> Result<RunEnd> {
@@ -79,81 +79,71 @@ fn drive_all(
             )),
         };
         link.restart();
-        let mut picture = plan.draw.as_ref().map(|_| Picture::new(&plan.task, &place));
-        let report = drive(
-            plan,
-            link,
-            simulation,
-            &place,
-            (seed, first_goal_id.wrapping_add(index)),
-            &mut picture,
-            view,
-        )?;
-        say(&report.line());
-        if let (Some(picture), Some(folder)) = (picture, &plan.draw) {
-            picture.write(folder, &report)?;
-        }
+        let goal_id = first_goal_id.wrapping_add(index);
+        let report = drive(plan, link, simulation, &place, goal_id, view)?;
         episodes.push(report);
     }
     Ok(())
 }
 
-/// One episode to its end; `names` are its seed and goal id.
+/// Whatever looks on while an episode is driven.
+struct Onlookers<'a> {
+    goal_id: u32,
+    trajectory: Trajectory,
+    picture: Option<Picture>,
+    view: &'a mut Option<View>,
+}
+
+impl Onlooker<Link> for Onlookers<'_> {
+    fn commanded(&mut self, simulation: &Simulation, link: &Link) {
+        if let Some(picture) = &mut self.picture {
+            picture.step(simulation);
+            picture.note(link.status(), self.goal_id);
+        }
+    }
+
+    fn driven(&mut self, simulation: &Simulation, link: &Link) {
+        self.trajectory.push(simulation.pose());
+        if let Some(view) = self.view {
+            view.show(simulation, link.command(), simulation.outcome().is_over());
+        }
+    }
+}
+
+/// One episode to its end.
 fn drive(
     plan: &Plan,
     link: &mut Link,
     simulation: &mut Simulation,
     place: &Place,
-    names: (u64, u32),
-    picture: &mut Option<Picture>,
+    goal_id: u32,
     view: &mut Option<View>,
 ) -> Result<EpisodeReport> {
-    let (seed, goal_id) = names;
-    let mut recorder = EpisodeRecorder::new(simulation.pose(), plan.task.control_period_s);
-    let mut trajectory = Trajectory::new(simulation.pose(), plan.with_poses);
     if let Some(view) = view {
         view.begin(simulation);
     }
-    let outcome = loop {
-        if let Some(picture) = picture {
-            picture.step(simulation);
-        }
-        let target = link.exchange(simulation, goal_id)?;
-        if let Some(picture) = picture {
-            picture.note(link.status()?, goal_id);
-        }
-        let outcome = simulation.step(target);
-        recorder.step(&StepTruth {
-            pose: simulation.pose(),
-            linear_mps: simulation.velocity().linear_mps,
-            clearance_m: simulation.clearance_m(),
-            time_to_collision_s: simulation.time_to_collision_s(),
-        });
-        trajectory.push(simulation.pose());
-        if let Some(view) = view {
-            view.show(simulation, link.command(), outcome.is_over());
-        }
-        if outcome.is_over() {
-            break outcome;
-        }
+    let mut onlookers = Onlookers {
+        goal_id,
+        trajectory: Trajectory::new(simulation.pose(), plan.with_poses),
+        picture: plan.draw.as_ref().map(|_| Picture::new(&plan.task, place)),
+        view,
     };
-    if let Some(picture) = picture {
-        picture.step(simulation);
-    }
-    let end = match outcome {
-        Outcome::Reached => EpisodeEnd::Success,
-        Outcome::Collided => EpisodeEnd::Collision,
-        Outcome::TimedOut | Outcome::Running => EpisodeEnd::Timeout,
-    };
-    let metrics = recorder.finish(end, simulation.hit_while_standing(), place.geodesic_m, place.euclidean_m);
+    let metrics = drive_episode(simulation, place, goal_id, link, &mut onlookers)?;
+    let Onlookers { trajectory, picture, .. } = onlookers;
     let (trajectory_hash, poses) = trajectory.finish();
-    Ok(EpisodeReport {
+    let report = EpisodeReport {
         world: place.world.name.clone(),
-        seed,
+        seed: place.seed,
         goal_id,
         metrics,
         stale_steps: link.driver().stale_steps(),
         trajectory_hash,
         poses,
-    })
+    };
+    say(&report.line());
+    if let (Some(mut picture), Some(folder)) = (picture, &plan.draw) {
+        picture.step(simulation);
+        picture.write(folder, &report)?;
+    }
+    Ok(report)
 }

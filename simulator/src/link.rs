@@ -1,7 +1,9 @@
 //! The simulated robot's side of the topics, and the two ways in which time passes.
 
-use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, Status, fault};
+use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, Status, fault};
 use nav_core::twist::Twist;
+use nav_env::episode_loop::{Answer, Commands};
+use nav_env::messages::Messages;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
 use nav_sim::simulation::Simulation;
@@ -71,7 +73,7 @@ pub(crate) struct Link {
     command: CmdVel,
     accepted_stamp_ns: u64,
     status: Status,
-    scan: Box<LaserScan>,
+    messages: Messages,
     // Last: ports go before their node.
     _node: RobotNode,
 }
@@ -105,7 +107,7 @@ impl Link {
             command: CmdVel::default(),
             accepted_stamp_ns: 0,
             status: Status::default(),
-            scan: Box::default(),
+            messages: Messages::default(),
             _node: node,
         })
     }
@@ -128,18 +130,6 @@ impl Link {
             }
             self.check_patience(monotonic_ns())?;
             std::thread::sleep(Duration::from_millis(10));
-        }
-    }
-
-    /// Shows the simulation's present state to the runtime and returns what the base gets for the next period.
-    pub(crate) fn exchange(&mut self, simulation: &mut Simulation, goal_id: u32) -> Result<Twist, LinkError> {
-        // A runtime that always answers leaves no other moment to notice.
-        if self.interrupt.requested() {
-            return Err(LinkError::Interrupted);
-        }
-        match self.pace {
-            Pace::Lockstep => self.exchange_in_lockstep(simulation, goal_id),
-            Pace::Realtime => self.exchange_in_real_time(simulation, goal_id),
         }
     }
 
@@ -219,12 +209,11 @@ impl Link {
         goal_id: u32,
         header: Header,
     ) -> Result<(), LinkError> {
+        self.messages.measure(simulation, goal_id, header);
         // The scan last: it wakes the runtime, which then finds the others.
-        self.odom_out.write(&Odometry { header, ..simulation.odometry() })?;
-        self.goal_out.write(&Goal { header, ..simulation.goal(goal_id) })?;
-        simulation.scan(&mut self.scan);
-        self.scan.header = header;
-        self.scan_out.write(&self.scan)?;
+        self.odom_out.write(&self.messages.odom)?;
+        self.goal_out.write(&self.messages.goal)?;
+        self.scan_out.write(&self.messages.scan)?;
         Ok(())
     }
 
@@ -299,13 +288,29 @@ impl Link {
     }
 
     /// What the runtime last said it does.
-    pub(crate) fn status(&mut self) -> Result<&Status, LinkError> {
-        self.status_in.read_latest(&mut self.status)?;
-        Ok(&self.status)
+    pub(crate) fn status(&self) -> &Status {
+        &self.status
     }
 
     /// Periods that were skipped because this process was late.
     pub(crate) fn late_periods(&self) -> u64 {
         self.late_periods
+    }
+}
+
+impl Commands for Link {
+    type Error = LinkError;
+
+    fn exchange(&mut self, simulation: &mut Simulation, goal_id: u32) -> Result<Answer, LinkError> {
+        // A runtime that always answers leaves no other moment to notice.
+        if self.interrupt.requested() {
+            return Err(LinkError::Interrupted);
+        }
+        let command = match self.pace {
+            Pace::Lockstep => self.exchange_in_lockstep(simulation, goal_id),
+            Pace::Realtime => self.exchange_in_real_time(simulation, goal_id),
+        }?;
+        self.status_in.read_latest(&mut self.status)?;
+        Ok(Answer { command, state: RunState::default() })
     }
 }

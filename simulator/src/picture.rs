@@ -4,12 +4,12 @@ use anyhow::{Context, Result};
 use nav_core::geometry::Point;
 use nav_core::messages::{RunState, Status};
 use nav_core::task::Task;
+use nav_env::worlds::Place;
 use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep, svg, write_picture};
 use nav_sim::simulation::Simulation;
 use std::path::Path;
 
 use crate::report::EpisodeReport;
-use crate::worlds::Place;
 
 /// Collects an episode, then draws it.
 #[derive(Debug)]

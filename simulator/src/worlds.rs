@@ -1,10 +1,10 @@
 //! Where worlds come from: a family, a map or a file.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, ensure};
 use nav_core::geometry::{Point, Pose};
 use nav_core::task::Task;
-use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate, simulation_seed};
-use nav_sim::geodesic::GeodesicField;
+use nav_env::worlds::Place;
+use nav_sim::families::{DESIGN_RADIUS_M, Family, Split};
 use nav_sim::map_file::{Map, MapOptions};
 use nav_sim::world::World;
 use nav_sim::world_file;
@@ -19,15 +19,6 @@ pub(crate) enum WorldSource {
     Family(Family, Split),
     /// The same one each time.
     Fixed(Arc<World>),
-}
-
-/// A world, the seed of what disturbs the robot in it, and the length of its shortest path, m.
-#[derive(Clone, Debug)]
-pub(crate) struct Place {
-    pub(crate) world: Arc<World>,
-    pub(crate) simulation_seed: u64,
-    pub(crate) geodesic_m: f32,
-    pub(crate) euclidean_m: f32,
 }
 
 impl WorldSource {
@@ -67,24 +58,16 @@ impl WorldSource {
 
     /// The world of a seed, with a way from start to goal.
     pub(crate) fn place(&self, seed: u64, task: &Task) -> Result<Place> {
-        let (world, simulation_seed) = match self {
-            &Self::Family(family, split) => {
-                (Arc::new(generate(family, split, seed)), simulation_seed(family, split, seed))
-            }
-            Self::Fixed(world) => (world.clone(), seed),
+        let radius_m = task.robot.radius_m;
+        let place = match self {
+            &Self::Family(family, split) => Place::generated(family, split, seed, radius_m),
+            Self::Fixed(world) => Place::read(&world.name, world.clone(), seed, radius_m),
         };
-        let start = world.start.position();
-        let field = GeodesicField::new(&world, task.robot.radius_m);
-        let geodesic_m = field.path_length_m(start).with_context(|| {
-            format!(
-                "in {} a robot of radius {} m has no way from start to goal: choose other ones",
-                world.name, task.robot.radius_m
-            )
-        })?;
-        if !geodesic_m.is_finite() {
-            bail!("in {} the way to the goal has no length: choose another goal", world.name);
-        }
-        let euclidean_m = (world.goal - start).norm();
-        Ok(Place { world, simulation_seed, geodesic_m, euclidean_m })
+        ensure!(
+            place.geodesic_m().is_some(),
+            "in {} a robot of radius {radius_m} m has no way from start to goal: choose other ones",
+            place.world.name
+        );
+        Ok(place)
     }
 }

@@ -3,14 +3,11 @@
 mod support;
 
 use nav_core::geometry::Pose;
-use nav_core::messages::{Goal, Header, LaserScan, Odometry};
-use nav_core::task::Task;
-use nav_core::tick::{Inputs, Tick};
+use nav_env::robot::SimulatedRobot;
+use nav_env::worlds::Place;
 use nav_model::model::Model;
 use nav_sim::disturbance::Disturbance;
-use nav_sim::families::{Family, Split, generate, simulation_seed};
-use nav_sim::simulation::Simulation;
-use std::sync::Arc;
+use nav_sim::families::{Family, Split};
 use support::programs::{Running, run};
 use support::{Stage, read_json};
 
@@ -19,38 +16,15 @@ const EPISODES: u64 = 2;
 /// Poses of each episode from the start on, driven by the controller in this process.
 fn in_process(stage: &Stage, family: Family, seed: u64, disturbance: &Disturbance) -> Vec<Vec<Pose>> {
     let model = Model::read(&stage.model()).expect("the fixture");
-    let task = Task {
-        episode_steps: model.manifest().task.episode_steps.max(family.episode_steps()),
-        ..model.manifest().task
-    };
+    let task = model.manifest().task;
     let mut controller = model.into_controller().expect("a controller");
-    let mut scan = Box::<LaserScan>::default();
-    let mut seq = 0;
-    let mut episodes = Vec::new();
-    for episode in 0..EPISODES {
-        let seed = seed + episode;
-        let world = Arc::new(generate(family, Split::Test, seed));
-        let simulation_seed = simulation_seed(family, Split::Test, seed);
-        let mut simulation = Simulation::new(world, &task, disturbance, simulation_seed);
-        let mut poses = vec![simulation.pose()];
-        loop {
-            seq += 1;
-            let header = Header { stamp_ns: seq * task.control_period_ns(), seq };
-            simulation.scan(&mut scan);
-            scan.header = header;
-            let odom = Odometry { header, ..simulation.odometry() };
-            let goal = Goal { header, ..simulation.goal(episode as u32 + 1) };
-            let (command, _) =
-                controller.tick(header.stamp_ns, Inputs { scan: &scan, odom: &odom, goal: &goal });
-            let outcome = simulation.step(command.twist());
-            poses.push(simulation.pose());
-            if outcome.is_over() {
-                break;
-            }
-        }
-        episodes.push(poses);
-    }
-    episodes
+    let mut robot = SimulatedRobot::new(&task, disturbance);
+    let mut drive = |seed| {
+        let place = Place::generated(family, Split::Test, seed, task.robot.radius_m);
+        let trace = robot.drive(&mut controller, &place, true).trace.expect("asked for");
+        trace.steps.iter().map(|step| step.pose).collect()
+    };
+    (seed..seed + EPISODES).map(&mut drive).collect()
 }
 
 fn through_processes(stage: &Stage, family: Family, seed: u64, disturbance: &str) -> serde_json::Value {

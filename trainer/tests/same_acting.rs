@@ -5,9 +5,9 @@ use nav_core::controller::Controller;
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION, expand_candidates};
 use nav_core::task::{ACTION_COUNT, ACTION_WAIT, Task};
 use nav_env::ActingNetwork;
-use nav_env::drive::Bench;
 use nav_env::episode::Episode;
 use nav_env::high::drive_step;
+use nav_env::robot::SimulatedRobot;
 use nav_env::worlds::generate_places;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split};
@@ -41,9 +41,9 @@ fn training_and_controller_drive_alike() {
 
     let (low, high) = networks();
     let mut controller = Controller::new(&task, Some(high), low).expect("they fit");
-    let mut bench = Bench::new(&task, &disturbance);
+    let mut robot = SimulatedRobot::new(&task, &disturbance);
     let by_controller = places.iter().map(|place| {
-        let trace = bench.drive(&mut controller, place, true).trace.expect("asked for");
+        let trace = robot.drive(&mut controller, place, true).trace.expect("asked for");
         trace.steps.iter().map(|step| bits(step.pose.x_m, step.pose.y_m)).collect::<Track>()
     });
     let by_controller: Vec<Track> = by_controller.collect();

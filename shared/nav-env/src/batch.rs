@@ -4,7 +4,7 @@ use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::drive::{Bench, Driven, Driver};
+use crate::robot::{Driven, Driver, SimulatedRobot};
 use crate::worlds::Place;
 
 /// What is the same for all episodes of a batch.
@@ -32,12 +32,12 @@ pub fn drive_all<D: Driver>(
     let next = AtomicUsize::new(0);
     let work = || {
         let mut driver = make();
-        let mut bench = Bench::new(options.task, options.disturbance);
+        let mut robot = SimulatedRobot::new(options.task, options.disturbance);
         let mut finished = Vec::new();
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some(place) = places.get(index) else { return finished };
-            finished.push((index, bench.drive(&mut driver, place, index < options.traces)));
+            finished.push((index, robot.drive(&mut driver, place, index < options.traces)));
             progress();
         }
     };

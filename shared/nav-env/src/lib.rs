@@ -1,8 +1,9 @@
 //! Floor 2: the environment without torch. Robots drive in simulated worlds, to learn or to be judged.
 //!
-//! Reading order: [`worlds`] (where they drive), [`episode`] (one robot in one world, step by step), [`low`] and
-//! [`high`] (what each level learns from), [`drive`] (an episode through a controller, as on the robot) and
-//! [`batch`] (many of them); [`seeds`] keeps random streams apart.
+//! Reading order: [`worlds`] (where they drive); to learn, [`episode`] (one robot in one world, step by step), [`low`]
+//! and [`high`] (what each level learns from); to be judged, [`messages`] and [`episode_loop`] (the one loop of an
+//! episode), [`robot`] (with a controller in the same process) and [`batch`] (many of them). [`seeds`] keeps random
+//! streams apart.
 
 pub mod seeds;
 pub mod worlds;
@@ -12,7 +13,9 @@ pub mod high;
 pub mod low;
 
 pub mod batch;
-pub mod drive;
+pub mod episode_loop;
+pub mod messages;
+pub mod robot;
 
 /// A network for acting, with its own memory.
 pub type ActingNetwork = nav_core::network::Network<Vec<f32>>;

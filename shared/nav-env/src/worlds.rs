@@ -1,17 +1,51 @@
-//! The worlds of a run: generated once, shared by all robots, with their shortest ways.
+//! The worlds of a run: made once, shared by all robots, with their shortest ways.
 
 use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate_with_field, simulation_seed};
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::world::World;
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
+
+/// Where a world comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Scene {
+    /// Generated.
+    Family(Family, Split),
+    /// From a file or a map, by its name.
+    File(Arc<str>),
+}
+
+impl Scene {
+    /// The family, of a generated world.
+    pub fn family(&self) -> Option<Family> {
+        match self {
+            Self::Family(family, _) => Some(*family),
+            Self::File(_) => None,
+        }
+    }
+
+    /// Steps of 0.1 s that an episode needs at least.
+    pub fn episode_steps(&self) -> u32 {
+        self.family().map_or(0, Family::episode_steps)
+    }
+}
+
+impl fmt::Display for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Family(family, _) => family.fmt(f),
+            Self::File(name) => f.pad(name),
+        }
+    }
+}
 
 /// A world and the shortest ways to its goal.
 #[derive(Clone, Debug)]
 pub struct Place {
-    /// Its family.
-    pub family: Family,
-    /// Its seed within family and split.
+    /// Where the world comes from.
+    pub scene: Scene,
+    /// Its seed within family and split; of a world from a file, that of the simulation.
     pub seed: u64,
     /// The seed of the simulation that judges a policy in it.
     pub simulation_seed: u64,
@@ -19,6 +53,38 @@ pub struct Place {
     pub world: Arc<World>,
     /// Distances to the goal for the footprint.
     pub field: Arc<GeodesicField>,
+}
+
+impl Place {
+    /// The generated world of a family, split and seed, for a robot of a radius, m.
+    pub fn generated(family: Family, split: Split, seed: u64, robot_radius_m: f32) -> Self {
+        let (world, field) = generate_with_field(family, split, seed);
+        let fits = (robot_radius_m - DESIGN_RADIUS_M).abs() < 1e-6;
+        let field = if fits { field } else { GeodesicField::new(&world, robot_radius_m) };
+        Self {
+            scene: Scene::Family(family, split),
+            seed,
+            simulation_seed: simulation_seed(family, split, seed),
+            world: Arc::new(world),
+            field: Arc::new(field),
+        }
+    }
+
+    /// A world that was read, for a robot of a radius, m; `seed` is the simulation's.
+    pub fn read(name: &str, world: Arc<World>, seed: u64, robot_radius_m: f32) -> Self {
+        let field = Arc::new(GeodesicField::new(&world, robot_radius_m));
+        Self { scene: Scene::File(name.into()), seed, simulation_seed: seed, world, field }
+    }
+
+    /// Shortest way from the start to the goal, m; `None` where the map has none.
+    pub fn geodesic_m(&self) -> Option<f32> {
+        self.field.path_length_m(self.world.start.position()).filter(|length_m| length_m.is_finite())
+    }
+
+    /// Straight line from start to goal, m.
+    pub fn euclidean_m(&self) -> f32 {
+        (self.world.goal - self.world.start.position()).norm()
+    }
 }
 
 /// Generates the worlds of these seeds of each family on two threads.
@@ -30,13 +96,7 @@ pub fn generate_places(
 ) -> Vec<Place> {
     let wanted: Vec<_> =
         families.iter().flat_map(|&family| seeds.clone().map(move |seed| (family, seed))).collect();
-    let make = |&(family, seed): &(Family, u64)| {
-        let (world, field) = generate_with_field(family, split, seed);
-        let fits = (robot_radius_m - DESIGN_RADIUS_M).abs() < 1e-6;
-        let field = if fits { field } else { GeodesicField::new(&world, robot_radius_m) };
-        let simulation_seed = simulation_seed(family, split, seed);
-        Place { family, seed, simulation_seed, world: Arc::new(world), field: Arc::new(field) }
-    };
+    let make = |&(family, seed): &(Family, u64)| Place::generated(family, split, seed, robot_radius_m);
     let (front, back) = wanted.split_at(wanted.len() / 2);
     std::thread::scope(|scope| {
         let other = scope.spawn(|| back.iter().map(make).collect::<Vec<_>>());

@@ -1,6 +1,6 @@
 //! `trainer evaluate`: policies on shared held-out worlds, through the runtime's own controller.
 //!
-//! Reading order: [`nav_env::drive`] (one episode), [`nav_env::batch`] (many), [`planner`], [`reactive`] (rivals),
+//! Reading order: [`nav_env::robot`] (one episode), [`nav_env::batch`] (many), [`planner`], [`reactive`] (rivals),
 //! [`report`].
 
 mod follow;
@@ -13,7 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
 use nav_env::batch::{BatchOptions, drive_all};
-use nav_env::drive::Driven;
+use nav_env::robot::Driven;
 use nav_env::worlds::{Place, generate_places};
 use nav_model::model::Model;
 use nav_sim::disturbance::Disturbance;
@@ -164,7 +164,7 @@ fn drive_policies(
             for (place, driven) in places.iter().zip(driven) {
                 rows.push(EpisodeRow {
                     policy: name(policy).to_owned(),
-                    family: place.family.to_string(),
+                    family: place.scene.to_string(),
                     seed: place.seed,
                     metrics: driven.metrics,
                     tick_mean_ns: driven.tick_mean_ns,

@@ -4,7 +4,7 @@ use nav_core::geometry::Point;
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
-use nav_env::drive::Driver;
+use nav_env::robot::Driver;
 use nav_env::worlds::Place;
 use nav_sim::obstacles::Obstacles;
 use nav_sim::world::World;

@@ -5,7 +5,7 @@ use nav_core::geometry::{Point, wrap_angle};
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
-use nav_env::drive::Driver;
+use nav_env::robot::Driver;
 
 use super::follow::Follower;
 

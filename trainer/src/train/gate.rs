@@ -83,14 +83,9 @@ pub fn score_families(
     let mut scores: Vec<FamilyScore> = Vec::new();
     let mut steps: Vec<f32> = Vec::new();
     for (place, driven) in places.iter().zip(&driven) {
-        let at = scores.iter().position(|score| score.family == place.family).unwrap_or_else(|| {
-            scores.push(FamilyScore {
-                family: place.family,
-                worlds: 0,
-                success: 0.0,
-                collision: 0.0,
-                spin: 0.0,
-            });
+        let Some(family) = place.scene.family() else { continue };
+        let at = scores.iter().position(|score| score.family == family).unwrap_or_else(|| {
+            scores.push(FamilyScore { family, worlds: 0, success: 0.0, collision: 0.0, spin: 0.0 });
             steps.push(0.0);
             scores.len() - 1
         });

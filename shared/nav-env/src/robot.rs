@@ -1,0 +1,148 @@
+//! A simulated robot with its controller in the same process: what is scored is what ships.
+
+use nav_core::controller::Controller;
+use nav_core::geometry::{Point, Pose};
+use nav_core::messages::Header;
+use nav_core::metrics::EpisodeMetrics;
+use nav_core::task::Task;
+use nav_core::tick::{Tick, TickStatus};
+use nav_sim::disturbance::Disturbance;
+use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep};
+use nav_sim::families::lasting;
+use nav_sim::simulation::Simulation;
+use std::convert::Infallible;
+use std::time::Instant;
+
+use crate::episode_loop::{Answer, Commands, Onlooker, drive_episode};
+use crate::messages::Messages;
+use crate::worlds::Place;
+
+/// What drives an episode.
+pub trait Driver: Tick {
+    /// Called before each episode, for those that plan on the known map.
+    fn begin(&mut self, _place: &Place) {}
+
+    /// Called before each tick with where the `odom` frame lies in the map, for those that follow a path on it.
+    fn localise(&mut self, _map_from_odom: Pose) {}
+}
+
+impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Controller<S> {}
+
+/// A simulated robot. Order and time of its messages go on from episode to episode, as a robot's do.
+#[derive(Clone, Debug)]
+pub struct SimulatedRobot {
+    task: Task,
+    disturbance: Disturbance,
+    seq: u64,
+    goal_id: u32,
+    messages: Messages,
+}
+
+/// An episode, and how long the driver's ticks took.
+pub struct Driven {
+    /// What it came to.
+    pub metrics: EpisodeMetrics,
+    /// Mean time of a tick, ns.
+    pub tick_mean_ns: f64,
+    /// Longest tick, ns.
+    pub tick_max_ns: u64,
+    /// For a picture, if asked for.
+    pub trace: Option<EpisodeTrace>,
+}
+
+impl SimulatedRobot {
+    /// A simulated robot for a task.
+    pub fn new(task: &Task, disturbance: &Disturbance) -> Self {
+        Self { task: *task, disturbance: *disturbance, seq: 0, goal_id: 0, messages: Messages::default() }
+    }
+
+    /// Drives an episode to its end.
+    pub fn drive(&mut self, driver: &mut impl Driver, place: &Place, with_trace: bool) -> Driven {
+        let task = lasting(&self.task, place.scene.episode_steps());
+        let mut simulation =
+            Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);
+        let mut trace = with_trace.then(|| self.trace_of(place));
+        self.goal_id += 1;
+        driver.begin(place);
+        let goal_id = self.goal_id;
+        let mut commands =
+            InProcess { robot: self, driver, status: TickStatus::default(), times: TickTimes::default() };
+        let Ok(metrics) = drive_episode(&mut simulation, place, goal_id, &mut commands, &mut trace);
+        let TickTimes { count, total_ns, max_ns } = commands.times;
+        if let Some(trace) = &mut trace {
+            note_step(trace, &simulation);
+            trace.end = Some(metrics.end);
+        }
+        Driven { metrics, tick_mean_ns: total_ns as f64 / count as f64, tick_max_ns: max_ns, trace }
+    }
+
+    fn trace_of(&self, place: &Place) -> EpisodeTrace {
+        EpisodeTrace {
+            world: place.world.clone(),
+            robot_radius_m: self.task.robot.radius_m,
+            goal_radius_m: self.task.goal_radius_m,
+            title: place.world.name.clone(),
+            steps: Vec::new(),
+            decisions: Vec::new(),
+            end: None,
+        }
+    }
+}
+
+/// Commands from a driver that is called.
+struct InProcess<'a, D> {
+    robot: &'a mut SimulatedRobot,
+    driver: &'a mut D,
+    /// Of the newest tick.
+    status: TickStatus,
+    times: TickTimes,
+}
+
+/// How long ticks took.
+#[derive(Default)]
+struct TickTimes {
+    count: u64,
+    total_ns: u64,
+    max_ns: u64,
+}
+
+impl<D: Driver> Commands for InProcess<'_, D> {
+    type Error = Infallible;
+
+    fn exchange(&mut self, simulation: &mut Simulation, goal_id: u32) -> Result<Answer, Infallible> {
+        let robot = &mut *self.robot;
+        robot.seq += 1;
+        let header = Header { seq: robot.seq, stamp_ns: robot.seq * robot.task.control_period_ns() };
+        robot.messages.measure(simulation, goal_id, header);
+        self.driver.localise(simulation.map_from_odom());
+        let begun = Instant::now();
+        let (command, status) = self.driver.tick(header.stamp_ns, robot.messages.inputs());
+        let tick_ns = begun.elapsed().as_nanos() as u64;
+        self.times.count += 1;
+        self.times.total_ns += tick_ns;
+        self.times.max_ns = self.times.max_ns.max(tick_ns);
+        self.status = status;
+        Ok(Answer { command: command.twist(), state: status.state })
+    }
+}
+
+/// For a picture, if one is wanted.
+impl<D> Onlooker<InProcess<'_, D>> for Option<EpisodeTrace> {
+    fn commanded(&mut self, simulation: &Simulation, commands: &InProcess<'_, D>) {
+        let Some(trace) = self else { return };
+        let status = &commands.status;
+        if status.decided.is_some() {
+            trace.decisions.push(Decision {
+                step: trace.steps.len(),
+                subgoal: Point::new(status.subgoal_m.0, status.subgoal_m.1),
+                action: status.action as u32,
+            });
+        }
+        note_step(trace, simulation);
+    }
+}
+
+fn note_step(trace: &mut EpisodeTrace, simulation: &Simulation) {
+    let people = simulation.people().iter().map(|person| person.position).collect();
+    trace.steps.push(TraceStep { pose: simulation.pose(), people });
+}
