@@ -5,9 +5,11 @@
 //! same steps with its own choices; [`crate::controller::Controller`] calls them with the networks'.
 
 mod decision;
+mod standing;
 
 pub use self::decision::{ActiveDecision, DecisionReason};
 
+use self::standing::Standing;
 use crate::closing::ClosingSpeeds;
 use crate::geodesic::Geodesic;
 use crate::geometry::{Point, Pose, wrap_angle};
@@ -19,12 +21,12 @@ use crate::observation::{
 };
 use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
 use crate::subgoal::Candidates;
-use crate::task::{DIRECTION_COUNT, Memory, Task};
+use crate::task::{ACTION_GOAL, DIRECTION_COUNT, Memory, Task};
 use crate::twist::Twist;
 
 /// The map takes every second scan.
 const MAP_EVERY: u32 = 2;
-/// Positions that are kept to tell a stuck robot, one a step.
+/// Poses that are kept to tell a stuck robot, one a step.
 const STUCK_STEPS: usize = 10;
 /// The robot has arrived within this share of the goal's radius.
 const ARRIVAL_SHARE: f32 = 0.3;
@@ -49,10 +51,13 @@ pub struct Navigator {
     clearance: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
     closing: ClosingSpeeds,
     has_gap: bool,
-    /// Positions of the last [`STUCK_STEPS`] steps, a ring indexed by step.
-    trail: [Point; STUCK_STEPS],
+    /// Poses of the last [`STUCK_STEPS`] steps, a ring indexed by step.
+    trail: [Pose; STUCK_STEPS],
+    standing: Standing,
     steps: u32,
     best_distance_m: f32,
+    /// As [`Self::best_distance_m`], since the goal was last corrected.
+    approach_m: f32,
     has_arrived: bool,
     decision: Option<ActiveDecision>,
     last_action: Option<usize>,
@@ -81,9 +86,11 @@ impl Navigator {
             clearance: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
             closing: ClosingSpeeds::new(),
             has_gap: false,
-            trail: [Point::origin(); STUCK_STEPS],
+            trail: [Pose::default(); STUCK_STEPS],
+            standing: Standing::new(Pose::default()),
             steps: 0,
             best_distance_m: f32::INFINITY,
+            approach_m: f32::INFINITY,
             has_arrived: false,
             decision: None,
             last_action: None,
@@ -98,23 +105,28 @@ impl Navigator {
         self.geometry.fits(scan)
     }
 
-    /// Takes in one step's messages. A goal of a new id forgets everything of the last one.
+    /// Takes in one step's messages. A goal of a new id forgets everything of the last one; another place with the
+    /// same id corrects it (a localiser has found out how far odometry has drifted): it is followed at once, and all
+    /// that is remembered stays.
     pub fn observe(&mut self, scan: &LaserScan, odom: &Odometry, goal: &Goal) {
         self.pose = odom.pose;
         self.velocity = odom.twist();
-        self.goal = Point::new(goal.x_m, goal.y_m);
-        self.goal_radius_m = goal.radius_m;
         let is_new = self.goal_id != Some(goal.id);
         self.scan.update(&self.geometry, scan);
         if is_new {
+            self.goal = Point::new(goal.x_m, goal.y_m);
+            self.goal_radius_m = goal.radius_m;
             self.start(goal.id);
         } else {
+            self.correct(Point::new(goal.x_m, goal.y_m), goal.radius_m);
             self.steps += 1;
+            self.standing.step(self.pose.position());
         }
         let had_gap = core::mem::take(&mut self.has_gap);
         self.remember(is_new || had_gap);
         self.candidates = None;
         self.best_distance_m = self.best_distance_m.min(self.goal_distance_m());
+        self.approach_m = self.approach_m.min(self.goal_distance_m());
         self.has_arrived |= self.arrives();
         if let Some(decision) = &mut self.decision {
             decision.held_steps += 1;
@@ -125,11 +137,29 @@ impl Navigator {
         self.goal_id = Some(goal_id);
         self.steps = 0;
         self.best_distance_m = f32::INFINITY;
+        self.approach_m = f32::INFINITY;
         self.has_arrived = false;
         self.decision = None;
         self.last_action = None;
         self.map.clear(self.pose.position());
-        self.trail = [self.pose.position(); STUCK_STEPS];
+        self.trail = [self.pose; STUCK_STEPS];
+        self.standing = Standing::new(self.pose);
+    }
+
+    /// The goal of the present id lies here. If that is elsewhere than before, whether it is reached is found out anew.
+    fn correct(&mut self, goal: Point, radius_m: f32) {
+        if goal == self.goal && radius_m == self.goal_radius_m {
+            return;
+        }
+        (self.goal, self.goal_radius_m) = (goal, radius_m);
+        self.approach_m = f32::INFINITY;
+        // One that stands well inside need not move.
+        self.has_arrived &= self.goal_distance_m() < radius_m;
+        if let Some(decision) = &mut self.decision
+            && decision.action == ACTION_GOAL
+        {
+            decision.subgoal = goal;
+        }
     }
 
     fn remember(&mut self, is_first: bool) {
@@ -146,7 +176,7 @@ impl Navigator {
             self.clearance[0] = now;
             self.closing.update(&self.geometry, &self.scan, self.pose, self.task.control_period_s);
         }
-        self.trail[self.steps as usize % STUCK_STEPS] = self.pose.position();
+        self.trail[self.steps as usize % STUCK_STEPS] = self.pose;
         self.map.recenter(self.pose.position());
         self.map.visit(self.pose.position());
         if self.steps.is_multiple_of(MAP_EVERY) && self.task.decision.memory == Memory::Full {
@@ -170,7 +200,7 @@ impl Navigator {
         (self.goal - self.pose.position()).norm()
     }
 
-    /// Whether the goal of the present id was reached; it stays reached.
+    /// Whether the goal of the present id was reached; it stays reached unless a correction moves it away.
     ///
     /// Odometry drifts, so that the robot does not stop at the rim of the goal's radius: it drives on towards
     /// the centre until it is within [`ARRIVAL_SHARE`] of the radius, or no longer comes closer.
@@ -180,10 +210,10 @@ impl Navigator {
 
     fn arrives(&self) -> bool {
         let distance_m = self.goal_distance_m();
-        let was_inside = self.best_distance_m < self.goal_radius_m;
+        let was_inside = self.approach_m < self.goal_radius_m;
         was_inside
             && (distance_m < ARRIVAL_SHARE * self.goal_radius_m
-                || distance_m > self.best_distance_m + ARRIVAL_SLACK_M)
+                || distance_m > self.approach_m + ARRIVAL_SLACK_M)
     }
 
     /// The newest pose, `odom_from_robot`.

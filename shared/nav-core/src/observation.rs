@@ -6,7 +6,7 @@
 //! turning rate as shares of their limits, and the same of the last [`SENT_COMMANDS`] commands, newest first. A
 //! base obeys late: without the commands that are under way its next motion would not follow from what is seen.
 //!
-//! **High level** ([`HIGH_OBSERVATION`] = 107 numbers), in the goal-aligned frame: for each of 16 directions
+//! **High level** ([`HIGH_OBSERVATION`] = 108 numbers), in the goal-aligned frame: for each of 16 directions
 //! [`DIRECTION_FEATURES`] numbers, then [`GLOBAL_FEATURES`] globals. The network scores one candidate at a
 //! time and sees the scene *rolled* so that the candidate is at index 0: [`expand_candidates`] makes the
 //! [`ACTION_COUNT`] x [`CANDIDATE_FEATURES`] matrix, which makes the scorer equivariant to rotation.
@@ -26,15 +26,15 @@ pub const CHANGE_STEPS: usize = 3;
 /// Per direction: corridor, geodesic gain, visits at 1 m and 2.5 m, closing speed, legality.
 pub const DIRECTION_FEATURES: usize = 6;
 /// Globals of the high level; see [`Globals`].
-pub const GLOBAL_FEATURES: usize = 11;
+pub const GLOBAL_FEATURES: usize = 12;
 /// Length of the high-level observation, as stored and replayed.
 pub const HIGH_OBSERVATION: usize = DIRECTION_COUNT * DIRECTION_FEATURES + GLOBAL_FEATURES;
 /// Length of one candidate's row: rolled directions, candidate-relative globals, kind of candidate.
 pub const CANDIDATE_FEATURES: usize = DIRECTION_COUNT * DIRECTION_FEATURES + GLOBAL_FEATURES + 4;
 /// Names this layout; a manifest with another is refused.
 pub const LAYOUT: &str = "low: 36 log-clearance from -pi ccw, 36 change over 3 steps, d/5, exp(-d), sin, cos, v, w, \
-     2 x (v, w) sent; high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 11 globals; \
-     candidate: 111; v3";
+     2 x (v, w) sent; high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 12 globals; \
+     candidate: 112; v4";
 
 /// The fine end of [`compress`], m.
 const COMPRESS_M: f32 = 0.25;
@@ -136,8 +136,10 @@ pub struct Globals {
     pub last_was_goal: bool,
     /// The last choice was WAIT.
     pub last_was_wait: bool,
-    /// Share of the episode that is over, 0 to 1 (on the robot: of a horizon as long as an episode).
+    /// Share of the policy's horizon that is over, 0 to 1; see [`crate::task::Decision::horizon_s`].
     pub elapsed: f32,
+    /// For how long the robot has stood, s.
+    pub standing_s: f32,
     /// How much farther the goal is than it has been at best, m.
     pub setback_m: f32,
     /// How much longer the geodesic is than the straight line, m; 0 in memory profile `lite`.
@@ -175,6 +177,7 @@ pub fn encode_high(
         (globals.setback_m / 5.0).clamp(0.0, 1.0),
         (globals.detour_m / 10.0).clamp(0.0, 1.0),
         globals.speed,
+        (globals.standing_s / 5.0).clamp(0.0, 1.0),
     ]);
 }
 

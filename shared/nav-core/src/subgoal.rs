@@ -12,6 +12,10 @@ use core::f32::consts::TAU;
 pub const CORRIDOR_CLEARANCE_M: f32 = 0.05;
 /// A direction is legal when its subgoal lies at least this far away, m.
 pub const SUBGOAL_MIN_M: f32 = 0.6;
+/// Where no direction is legal, because everything is near, this margin is kept instead of the task's, m.
+const TIGHT_MARGIN_M: f32 = 0.1;
+/// And a subgoal must only lie this much farther away than it counts as reached, m.
+const TIGHT_BEYOND_M: f32 = 0.05;
 /// Corridors are measured up to this length, m.
 pub const CORRIDOR_LIMIT_M: f32 = 4.0;
 
@@ -93,7 +97,22 @@ impl Candidates {
                 candidates.mask.0 |= 1 << direction;
             }
         }
+        if candidates.mask.actions().all(|action| action >= DIRECTION_COUNT) {
+            candidates.make_do(task);
+        }
         candidates
+    }
+
+    /// Shorter subgoals and less margin, so that a robot in a tight place has somewhere to go.
+    fn make_do(&mut self, task: &Task) {
+        let margin_m = TIGHT_MARGIN_M.min(task.decision.corridor_margin_m);
+        for direction in 0..DIRECTION_COUNT {
+            let distance_m = self.corridor_m[direction] - margin_m;
+            if distance_m >= task.decision.subgoal_reached_m + TIGHT_BEYOND_M {
+                self.distance_m[direction] = distance_m;
+                self.mask.0 |= 1 << direction;
+            }
+        }
     }
 }
 

@@ -23,7 +23,7 @@ pub struct Task {
     /// Time from one control tick (and simulation step) to the next, s. The decision rules and the changes in
     /// the observation count ticks, and were chosen for 0.1 s.
     pub control_period_s: f32,
-    /// Steps after which an episode is truncated.
+    /// Steps after which an episode is truncated; the policy does not see it.
     pub episode_steps: u32,
     /// The goal counts as reached when the robot's centre is this close, m.
     pub goal_radius_m: f32,
@@ -81,6 +81,9 @@ pub struct Decision {
     pub time_to_collision_s: f32,
     /// GOAL is left only for an action whose value is higher by more than this (validated after training).
     pub deviation_margin: f32,
+    /// Time within which the high level expects to arrive, s: it sees how much of it is over. A property of the
+    /// policy, whatever the time limit of an episode.
+    pub horizon_s: f32,
     /// What the high level remembers.
     pub memory: Memory,
 }
@@ -135,6 +138,7 @@ impl Default for Decision {
             corridor_margin_m: 0.35,
             time_to_collision_s: 1.5,
             deviation_margin: 0.0,
+            horizon_s: 50.0,
             memory: Memory::Full,
         }
     }
@@ -216,6 +220,7 @@ impl Task {
                 within(self.decision.time_to_collision_s, 0.0, 10.0),
                 "decision.time_to_collision_s must lie in [0, 10]",
             ),
+            (within(self.decision.horizon_s, 1.0, 3600.0), "decision.horizon_s must lie in [1, 3600]"),
             (self.decision.deviation_margin.is_finite(), "decision.deviation_margin must be finite"),
             (
                 self.decision.subgoal_distance_m > SUBGOAL_MIN_M

@@ -1,5 +1,6 @@
 //! The high level's side of acting: when a decision is due, what it is asked, and what carrying it out means.
 
+use super::standing::{MOVED_M, TURNED_RAD};
 use super::{Navigator, STUCK_STEPS};
 use crate::geometry::{Point, wrap_angle};
 use crate::observation::{Direction, Globals, HIGH_OBSERVATION, encode_high};
@@ -10,8 +11,6 @@ use crate::task::{ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Memory};
 const WAIT_STEPS: u32 = 5;
 /// No decision ends earlier than this for a blocked corridor or a threatening person, steps.
 const HOLD_MIN_STEPS: u32 = 4;
-/// The robot is stuck when the oldest of its last [`STUCK_STEPS`] positions is nearer than this, m.
-const STUCK_M: f32 = 0.1;
 
 /// Why a new decision is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +22,7 @@ pub enum DecisionReason {
     Reached,
     /// Held for as long as a decision may be.
     Expired,
-    /// The robot does not move.
+    /// The robot neither moves nor turns.
     Stuck,
     /// Something stands in the way to the subgoal.
     Blocked,
@@ -66,8 +65,7 @@ impl Navigator {
         if decision.held_steps < HOLD_MIN_STEPS {
             return None;
         }
-        let oldest = self.trail[(self.steps as usize + 1) % STUCK_STEPS];
-        if decision.held_steps as usize >= STUCK_STEPS && (self.pose.position() - oldest).norm() < STUCK_M {
+        if decision.held_steps as usize >= STUCK_STEPS && self.is_stuck() {
             return Some(DecisionReason::Stuck);
         }
         if decision.action != ACTION_GOAL && self.is_blocked(decision.subgoal, rest_m) {
@@ -81,6 +79,22 @@ impl Navigator {
         (contact_s < limits.time_to_collision_s).then_some(DecisionReason::Threat)
     }
 
+    /// Whether the robot is about where, and headed about as, it was [`STUCK_STEPS`] steps ago.
+    fn is_stuck(&self) -> bool {
+        let oldest = self.trail[(self.steps as usize + 1) % STUCK_STEPS];
+        (self.pose.position() - oldest.position()).norm() < MOVED_M
+            && wrap_angle(self.pose.yaw_rad - oldest.yaw_rad).abs() < TURNED_RAD
+    }
+
+    /// Notes what has come of the decision that ends now, if one does.
+    fn end_decision(&mut self) {
+        if let (Some(decision), Some(reason)) = (self.decision, self.decision_due()) {
+            let ran_out = matches!(reason, DecisionReason::Stuck | DecisionReason::Expired);
+            let period_s = self.task.control_period_s;
+            self.standing.end(decision.action, decision.subgoal, self.pose, ran_out, period_s);
+        }
+    }
+
     fn is_blocked(&self, subgoal: Point, rest_m: f32) -> bool {
         let local = self.pose.local_from_parent(subgoal);
         let (cos, sin) = (local.x / rest_m.max(1e-3), local.y / rest_m.max(1e-3));
@@ -88,12 +102,15 @@ impl Navigator {
         self.scan.corridor_m(cos, sin, half_width_m, rest_m) < 0.8 * rest_m
     }
 
-    /// Measures the candidates, updates the geodesic and encodes the high-level observation.
+    /// Measures the candidates, updates the geodesic and encodes the high-level observation. Called once between two
+    /// calls of [`Self::commit`].
     pub fn prepare_decision(&mut self) -> (&[f32; HIGH_OBSERVATION], ActionMask) {
+        self.end_decision();
         let position = self.pose.position();
         let goal_course_rad = self.pose.bearing_to(self.goal);
         let goal_bearing_rad = wrap_angle(goal_course_rad - self.pose.yaw_rad);
-        let candidates = Candidates::measure(&self.task, &self.scan, goal_bearing_rad);
+        let mut candidates = Candidates::measure(&self.task, &self.scan, goal_bearing_rad);
+        candidates.mask = self.standing.open(candidates.mask, self.last_action, self.task.control_period_s);
         let remembers = self.task.decision.memory == Memory::Full;
         let mut here_m = None;
         if remembers {
@@ -128,7 +145,8 @@ impl Navigator {
             last_direction_rad: last_direction.map(|_| self.last_bearing_rad - goal_course_rad),
             last_was_goal: self.last_action == Some(ACTION_GOAL),
             last_was_wait: self.last_action == Some(ACTION_WAIT),
-            elapsed: self.steps as f32 / self.task.episode_steps as f32,
+            elapsed: self.steps as f32 * self.task.control_period_s / self.task.decision.horizon_s,
+            standing_s: self.standing.steps() as f32 * self.task.control_period_s,
             setback_m: distance_m - self.best_distance_m,
             detour_m: here_m.map_or(0.0, |here| here - distance_m),
             speed: self.velocity.linear_mps / self.task.robot.linear_max_mps,
@@ -156,6 +174,7 @@ impl Navigator {
         };
         self.last_action = Some(action);
         self.decision = Some(ActiveDecision { action, subgoal, held_steps: 0 });
+        self.standing.begin(self.pose, subgoal);
     }
 
     /// Whether the low level drives now; WAIT stands still without asking it.
