@@ -60,7 +60,7 @@ impl Plan {
             source,
             disturbance: match arguments.disturbance {
                 DisturbanceChoice::None => Disturbance::none(),
-                DisturbanceChoice::Trained => Disturbance::trained(),
+                DisturbanceChoice::Trained => Disturbance::usual(),
             },
             task,
             seed: arguments.seed,

@@ -13,6 +13,10 @@ use nav_sim::simulation::{Outcome, Simulation};
 
 use crate::worlds::Place;
 
+/// A robot that has believed for so long that it has arrived, and has not, will not find out any more: a localiser's
+/// correction takes less, s.
+const ASTRAY_S: f32 = 3.0;
+
 /// A simulated robot, observed at every moment.
 #[derive(Clone, Debug)]
 pub struct Episode {
@@ -23,6 +27,8 @@ pub struct Episode {
     guard: Guard,
     scan: Box<LaserScan>,
     goal_id: u32,
+    /// Steps for which it has believed to have arrived.
+    arrived_steps: u32,
 }
 
 impl Episode {
@@ -38,6 +44,7 @@ impl Episode {
             guard: Guard::new(task),
             scan: Box::default(),
             goal_id: 0,
+            arrived_steps: 0,
         };
         episode.observe();
         episode
@@ -49,6 +56,7 @@ impl Episode {
         self.simulation.set_episode_steps(lasting(&self.task, place.scene.episode_steps()).episode_steps);
         self.place = place;
         self.goal_id = self.goal_id.wrapping_add(1);
+        self.arrived_steps = 0;
         self.guard.restart_from(Twist::ZERO);
         self.observe();
     }
@@ -75,6 +83,13 @@ impl Episode {
         self.simulation.scan(&mut self.scan);
         let (odom, goal) = (self.simulation.odometry(), self.simulation.goal(self.goal_id));
         self.navigator.observe(&self.scan, &odom, &goal);
+        self.arrived_steps = if self.navigator.goal_reached() { self.arrived_steps + 1 } else { 0 };
+    }
+
+    /// Whether the robot stands where it wrongly believes the goal to be, and will for the rest of the episode.
+    pub fn is_astray(&self) -> bool {
+        let period_s = self.task.control_period_s;
+        !self.simulation.outcome().is_over() && self.arrived_steps as f32 * period_s > ASTRAY_S
     }
 
     /// What the low level sees of the way to the decision's subgoal.

@@ -2,11 +2,11 @@
 //!
 //! | field | value |
 //! |---|---|
-//! | observation | [`nav_core::observation`], high level, 107 numbers |
+//! | observation | [`nav_core::observation`], high level, 108 numbers |
 //! | action | 16 directions, GOAL, WAIT, masked |
 //! | reward | [`HighRobotConfig::reward`]: a step's, discounted and summed over the decision |
-//! | terminated | goal reached, or collision |
-//! | truncated | the episode's time over, or a wrong belief to have arrived |
+//! | terminated | goal reached, or collision, or a wrong belief to have arrived, which costs the rest of the time |
+//! | truncated | the episode's time over |
 
 use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::navigator::Navigator;
@@ -188,13 +188,10 @@ impl HighRobot {
         let obstacle_ahead = self.episode.navigator().scan().corridor_m(1.0, 0.0, half_width_m, 1.0) < 1.0;
         let mut pending = Pending { observation: self.observation, action, reward: 0.0, discount: 1.0 };
         let mut steps = 0;
-        let outcome = loop {
-            let mut outcome = drive_step(&mut self.episode, low);
+        let (outcome, is_astray) = loop {
+            let outcome = drive_step(&mut self.episode, low);
             steps += 1;
-            if outcome == Outcome::Running && self.episode.navigator().goal_reached() {
-                // It stands where it wrongly believes to have arrived: nothing is decided any more.
-                outcome = Outcome::TimedOut;
-            }
+            let is_astray = self.episode.is_astray();
             let progress_m = match self.episode.way_m() {
                 Some(way_m) => std::mem::replace(&mut self.way_m, way_m) - way_m,
                 None => 0.0,
@@ -205,13 +202,22 @@ impl HighRobot {
                     reached: outcome == Outcome::Reached,
                     collided: outcome == Outcome::Collided,
                 };
-                let reward = decomposed::high(&self.config.decomposed, &step);
+                let mut reward = decomposed::high(&self.config.decomposed, &step);
+                if is_astray {
+                    let rest = self.episode.simulation().steps_left();
+                    reward -= self.config.decomposed.standing(self.config.discount, rest);
+                }
                 pending.reward += pending.discount * reward;
                 self.returned += reward;
             }
             pending.discount *= self.config.discount;
-            if outcome.is_over() || self.episode.navigator().decision_due().is_some() {
-                break outcome;
+            if outcome.is_over() || is_astray {
+                break (outcome, is_astray);
+            }
+            // As the controller: a robot that believes it has arrived decides nothing until a correction says otherwise.
+            let navigator = self.episode.navigator();
+            if !navigator.goal_reached() && navigator.decision_due().is_some() {
+                break (outcome, false);
             }
         };
         if self.config.reward == RewardProfile::Paper {
@@ -219,7 +225,10 @@ impl HighRobot {
             self.returned += pending.reward;
         }
         self.prepare();
-        self.settle(pending, outcome, transitions);
+        // What comes after a wrong arrival is known: nothing.
+        let is_terminated = outcome.is_terminated() || is_astray;
+        let outcome = if is_astray { Outcome::TimedOut } else { outcome };
+        self.settle(pending, outcome.is_over(), is_terminated, transitions);
         let report = DecisionReport { steps, outcome, returned: self.returned };
         if outcome.is_over() {
             self.begin(self.episodes + 1);
@@ -228,13 +237,19 @@ impl HighRobot {
     }
 
     /// Adds a decision to the returns that wait, and hands out those that are complete.
-    fn settle(&mut self, newest: Pending, outcome: Outcome, transitions: &mut Vec<HighTransition>) {
+    fn settle(
+        &mut self,
+        newest: Pending,
+        is_over: bool,
+        is_terminated: bool,
+        transitions: &mut Vec<HighTransition>,
+    ) {
         for waiting in &mut self.pending {
             waiting.reward += waiting.discount * newest.reward;
             waiting.discount *= newest.discount;
         }
         self.pending.push_back(newest);
-        let complete = if outcome.is_over() {
+        let complete = if is_over {
             self.pending.len()
         } else {
             (self.pending.len() + 1).saturating_sub(self.config.n_step)
@@ -244,7 +259,7 @@ impl HighRobot {
                 observation: done.observation,
                 action: done.action,
                 reward: done.reward,
-                discount: if outcome.is_terminated() { 0.0 } else { done.discount },
+                discount: if is_terminated { 0.0 } else { done.discount },
                 next_observation: self.observation,
                 next_mask: self.mask,
             });

@@ -6,7 +6,7 @@
 //! | observation | [`nav_core::observation`], low level, 82 numbers |
 //! | action | forward speed and turning rate, each in [-1, 1] |
 //! | reward | [`LowRobotConfig::reward`] |
-//! | terminated | target reached, or collision |
+//! | terminated | target reached, or collision, or a wrong belief to be at the goal |
 //! | truncated | target given up after `subgoal_steps`, or the episode's time over |
 
 use nav_core::geometry::{Point, Pose};
@@ -52,6 +52,8 @@ pub enum Attempt {
     Reached,
     /// The robot collided (terminated).
     Collided,
+    /// It believes to be at the goal and is not, so that it would stand there (terminated, unpaid).
+    Astray,
     /// It took too long (truncated).
     GivenUp,
     /// The episode ended on the way to a subgoal (truncated): says nothing about the policy.
@@ -87,7 +89,6 @@ pub struct LowRobot {
     episode: Episode,
     target: Point,
     target_is_goal: bool,
-    target_radius_m: f32,
     target_steps: u32,
     last_action: [f32; LOW_ACTION],
     observation: [f32; LOW_OBSERVATION],
@@ -114,7 +115,6 @@ impl LowRobot {
             episode,
             target: Point::origin(),
             target_is_goal: false,
-            target_radius_m: 0.0,
             target_steps: 0,
             last_action: [0.0; LOW_ACTION],
             observation: [0.0; LOW_OBSERVATION],
@@ -155,7 +155,6 @@ impl LowRobot {
             (self.rng.random::<f32>() >= self.config.goal_share).then(|| self.random_subgoal()).flatten();
         self.target_is_goal = random.is_none();
         self.target = random.unwrap_or_else(|| self.episode.navigator().goal());
-        self.target_radius_m = self.episode.simulation().task().goal_radius_m;
         self.episode.encode_low_towards(self.target, &mut self.observation);
     }
 
@@ -191,13 +190,17 @@ impl LowRobot {
         self.actions.push(action);
         self.target_steps += 1;
         let after = self.episode.navigator().pose();
-        let reached = (self.target - after.position()).norm() < self.target_radius_m
-            || (self.target_is_goal && outcome == Outcome::Reached);
+        if self.target_is_goal {
+            // A localiser may have corrected it.
+            self.target = self.episode.navigator().goal();
+        }
         let limit = if self.target_is_goal { u32::MAX } else { self.config.subgoal_steps };
         let attempt = if outcome == Outcome::Collided {
             Attempt::Collided
-        } else if reached {
+        } else if self.has_reached(outcome, after) {
             Attempt::Reached
+        } else if self.target_is_goal && self.episode.navigator().goal_reached() {
+            Attempt::Astray
         } else if self.target_steps >= limit || (outcome.is_over() && self.target_is_goal) {
             Attempt::GivenUp
         } else if outcome.is_over() {
@@ -211,16 +214,25 @@ impl LowRobot {
             observation,
             action,
             reward,
-            terminated: matches!(attempt, Attempt::Reached | Attempt::Collided),
+            terminated: matches!(attempt, Attempt::Reached | Attempt::Collided | Attempt::Astray),
             next_observation: self.observation,
         };
         self.last_action = action;
-        if outcome.is_over() {
+        if outcome.is_over() || attempt == Attempt::Astray {
             self.begin(self.episodes + 1);
         } else if attempt != Attempt::Running {
             self.choose_target();
         }
         (transition, attempt)
+    }
+
+    /// A subgoal is where odometry says, and ends as near as it does for the high level; the goal is where it truly is.
+    fn has_reached(&self, outcome: Outcome, after: Pose) -> bool {
+        if self.target_is_goal {
+            return outcome == Outcome::Reached;
+        }
+        let reached_m = self.episode.simulation().task().decision.subgoal_reached_m;
+        (self.target - after.position()).norm() < reached_m
     }
 
     fn reward(&self, action: [f32; 2], attempt: Attempt, before: Pose, after: Pose) -> f32 {

@@ -244,6 +244,11 @@ impl Simulation {
         self.steps
     }
 
+    /// Steps until the episode is truncated.
+    pub fn steps_left(&self) -> u32 {
+        self.task.episode_steps.saturating_sub(self.steps)
+    }
+
     /// Simulated time since reset, s.
     pub fn time_s(&self) -> f32 {
         self.steps as f32 * self.task.control_period_s

@@ -73,7 +73,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
     }
     let disturbance = match args.disturbance {
         DisturbanceName::None => Disturbance::none(),
-        DisturbanceName::Trained => Disturbance::trained(),
+        DisturbanceName::Trained => Disturbance::usual(),
     };
     let places = generate_places(&args.families, args.split, 0..args.worlds, task.robot.radius_m);
     let (rows, traces) = drive_policies(args, &task, &disturbance, &places)?;

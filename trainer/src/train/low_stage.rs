@@ -280,7 +280,7 @@ fn ended(attempt: Attempt, returned: f32) -> Option<Ended> {
         Attempt::Running | Attempt::Cut => return None,
         Attempt::Reached => (true, false),
         Attempt::Collided => (false, true),
-        Attempt::GivenUp => (false, false),
+        Attempt::GivenUp | Attempt::Astray => (false, false),
     };
     Some(Ended { succeeded, collided, returned })
 }

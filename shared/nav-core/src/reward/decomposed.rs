@@ -108,6 +108,11 @@ impl HighWeights {
     pub fn least_collided(&self, discount: f32) -> f32 {
         2.0 * self.time / (1.0 - discount)
     }
+
+    /// What standing for `steps` steps costs, discounted: the price of a robot that believes it has arrived and has not.
+    pub fn standing(&self, discount: f32, steps: u32) -> f32 {
+        self.time * (1.0 - libm::powf(discount, steps as f32)) / (1.0 - discount)
+    }
 }
 
 /// What the high level's reward looks at after a step; a decision's reward is the discounted sum.
@@ -145,6 +150,14 @@ mod tests {
         assert!(high(&HighWeights::default(), &HighStep::default()) < 0.0);
         assert!(LowWeights::default().collided > LowWeights::default().least_collided(0.98));
         assert!(HighWeights::default().collided > HighWeights::default().least_collided(0.995));
+    }
+
+    #[test]
+    fn standing_costs_its_time() {
+        let weights = HighWeights::default();
+        assert!(weights.standing(0.995, 0).abs() < 1e-6);
+        assert!((weights.standing(0.995, 2) - 0.02 * 1.995).abs() < 1e-5);
+        assert!((weights.standing(0.995, 100_000) - 4.0).abs() < 1e-2);
     }
 
     #[test]
