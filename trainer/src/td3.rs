@@ -9,7 +9,9 @@
 //!    to that of the next observation (temporal) and to that of a perturbed observation (spatial), each a mean
 //!    over batch and action dimensions.
 //! 4. The actor's last layer starts small, so that a fresh policy does not sit in the flat ends of tanh.
-//! 5. Gradients may be clipped by norm.
+//! 5. Where tanh is flat, the actor's gradient passes with a least slope (`tanh_slope_min`) if it moves the action
+//!    inwards, so that a saturated actor can turn back.
+//! 6. Gradients may be clipped by norm.
 
 mod batch;
 mod config;
@@ -216,7 +218,7 @@ impl Td3 {
             self.losses.smooth_spatial = spatial;
         }
         self.actor.zero_gradients();
-        self.actor.backward(&self.gradient);
+        self.actor.backward_with_slope_floor(&self.gradient, self.config.tanh_slope_min);
         let limit = self.config.gradient_norm_max;
         self.losses.actor_gradient_norm = descend(&mut self.actor, &mut self.actor_adam, limit);
     }

@@ -58,6 +58,7 @@ impl LowConfig {
         within("low.td3.actor_learning_rate", td3.actor_learning_rate, 1e-8, 1.0)?;
         within("low.td3.critic_learning_rate", td3.critic_learning_rate, 1e-8, 1.0)?;
         within("low.td3.tau", td3.tau, 1e-6, 1.0)?;
+        within("low.td3.tanh_slope_min", td3.tanh_slope_min, 0.0, 1.0)?;
         ensure!(td3.policy_delay > 0, "low.td3.policy_delay must be at least 1");
         for (name, value) in [
             ("target_noise", td3.target_noise),

@@ -1,4 +1,15 @@
 //! The hand-written backward pass of a [`Mlp`].
+//!
+//! # The flat ends of tanh
+//! An actor whose pre-activations have grown to 15 or 30 gives actions of exactly ±1 and, because `1 - y^2` is then
+//! 0 in `f32`, receives no gradient any more: whatever its critic says, it never changes again. On some seeds a whole
+//! policy ends there and stands still for ever. [`Mlp::backward_with_slope_floor`] therefore counts the slope of tanh
+//! as at least a floor *where the descent moves the output inwards*, away from the end that it sits at; where it moves
+//! outwards the slope stays exact, so that nothing is driven into saturation by the floor. The sign of every component
+//! of the gradient is that of the exact one.
+//!
+//! Other known ways are inverting gradients (Hausknecht and Stone 2016), which scale by the room that is left and need
+//! an output without tanh, and a penalty on the pre-activation, which also moves actors that are rightly at full speed.
 
 use std::ops::Range;
 
@@ -21,30 +32,36 @@ impl Mlp {
     /// # Panics
     /// When there was no forward pass or `output_gradient` has another size.
     pub fn backward(&mut self, output_gradient: &[f32]) {
-        self.propagate(output_gradient, &Reach::Parameters);
+        self.propagate(output_gradient, &Reach::Parameters, 0.0);
+    }
+
+    /// As [`Mlp::backward`], with the slope of a tanh output counted as `slope_min` at least where descending moves
+    /// the output inwards (see the module); 0 is the exact derivative.
+    pub fn backward_with_slope_floor(&mut self, output_gradient: &[f32], slope_min: f32) {
+        self.propagate(output_gradient, &Reach::Parameters, slope_min);
     }
 
     /// As [`Mlp::backward`], and returns the derivative by the input, `[rows, inputs]`.
     pub fn backward_to_input(&mut self, output_gradient: &[f32]) -> &[f32] {
-        self.propagate(output_gradient, &Reach::ParametersAndInput);
+        self.propagate(output_gradient, &Reach::ParametersAndInput, 0.0);
         &self.tape.input_gradient.as_slice()[..self.tape.rows * self.shape.sizes[0]]
     }
 
     /// Derivative by some input columns only, `[rows, columns]`; the parameter gradients stay as they are.
     pub fn input_gradient(&mut self, output_gradient: &[f32], columns: Range<usize>) -> &[f32] {
         let count = self.tape.rows * columns.len();
-        self.propagate(output_gradient, &Reach::InputColumns(columns));
+        self.propagate(output_gradient, &Reach::InputColumns(columns), 0.0);
         &self.tape.input_gradient.as_slice()[..count]
     }
 
-    fn propagate(&mut self, output_gradient: &[f32], reach: &Reach) {
+    fn propagate(&mut self, output_gradient: &[f32], reach: &Reach, slope_min: f32) {
         let rows = self.tape.rows;
         let x = self.tape.input.as_ref().expect("a backward pass follows a forward pass");
         assert_eq!(output_gradient.len(), rows * self.outputs(), "one gradient an output");
         let parameters = self.parameters.as_slice();
         let last = self.layers.len() - 1;
         let with_parameters = !matches!(reach, Reach::InputColumns(_));
-        start_gradient(&mut self.tape.layers[last], output_gradient, self.shape.output);
+        start_gradient(&mut self.tape.layers[last], output_gradient, self.shape.output, slope_min);
         for index in (0..=last).rev() {
             let (before, rest) = self.tape.layers.split_at_mut(index);
             let (layer, tape) = (&self.layers[index], &mut rest[0]);
@@ -76,13 +93,16 @@ impl Mlp {
     }
 }
 
-/// Derivative of the output activation.
-fn start_gradient(tape: &mut TapeLayer, output_gradient: &[f32], output: Activation) {
+/// Derivative of the output activation, with the floor of [`Mlp::backward_with_slope_floor`].
+fn start_gradient(tape: &mut TapeLayer, output_gradient: &[f32], output: Activation, slope_min: f32) {
     let gradient = &mut tape.gradient.as_mut_slice()[..output_gradient.len()];
     gradient.copy_from_slice(output_gradient);
     if output == Activation::Tanh {
         for (gradient, y) in gradient.iter_mut().zip(tape.activation.as_slice()) {
-            *gradient *= 1.0 - y * y;
+            let slope = 1.0 - y * y;
+            // A descent goes against the gradient: of the same sign as y, it moves y towards 0.
+            let moves_inwards = *gradient * y > 0.0;
+            *gradient *= if moves_inwards { slope.max(slope_min) } else { slope };
         }
     }
 }

@@ -205,6 +205,13 @@ impl Mlp {
         }
     }
 
+    /// Adds to the bias of every output, so that a test can start from a saturated network.
+    #[cfg(test)]
+    pub(crate) fn shift_outputs(&mut self, by: f32) {
+        let bias = self.layers[self.layers.len() - 1].bias.clone();
+        self.parameters.as_mut_slice()[bias].iter_mut().for_each(|bias| *bias += by);
+    }
+
     /// A network of the same shape with the same weights, as a target.
     pub fn twin(&self) -> Self {
         let mut twin = Self::zeroed(self.shape.clone());

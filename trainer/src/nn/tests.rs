@@ -110,6 +110,27 @@ fn derivatives_match_automatic_differentiation() {
 }
 
 #[test]
+fn a_slope_floor_acts_only_in_the_flat_ends_and_only_inwards() {
+    let mut rng = Rng::seed_from_u64(8);
+    let mut mlp = Mlp::new(MlpShape::new(2, &[], 1, Activation::Tanh), &mut rng);
+    let mut bias_gradient = |shift: f32, slope: f32, floor: f32| {
+        mlp.parameters_mut().fill(0.0);
+        mlp.shift_outputs(shift);
+        mlp.forward(&matrix(&[0.3, -0.2], 1));
+        mlp.zero_gradients();
+        mlp.backward_with_slope_floor(&[slope], floor);
+        blocks(&mlp)[1][0]
+    };
+    // Descending against a gradient of the output's sign moves it inwards.
+    assert_close(&[bias_gradient(20.0, 2.0, 0.1)], &[0.2], "inwards from the upper end");
+    assert_close(&[bias_gradient(-20.0, -2.0, 0.1)], &[-0.2], "inwards from the lower end");
+    assert_close(&[bias_gradient(20.0, -2.0, 0.1)], &[0.0], "outwards");
+    assert_close(&[bias_gradient(20.0, 2.0, 0.0)], &[0.0], "the exact derivative");
+    let exact = 2.0 * (1.0 - 0.5_f32.tanh().powi(2));
+    assert_close(&[bias_gradient(0.5, 2.0, 0.1)], &[exact], "in the middle");
+}
+
+#[test]
 fn gradients_add_up_until_they_are_zeroed() {
     let mut rng = Rng::seed_from_u64(2);
     let mut mlp = Mlp::new(MlpShape::new(4, &[8], 2, Activation::Tanh), &mut rng);

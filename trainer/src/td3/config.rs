@@ -24,6 +24,9 @@ pub struct Td3Config {
     pub critic_layer_norm: bool,
     /// Factor on the initial weights of the actor's last layer.
     pub actor_output_gain: f32,
+    /// Least slope that the actor's tanh passes a gradient with where that moves the action inwards; 0 is the exact
+    /// derivative, with which an actor in the flat ends of tanh never leaves them.
+    pub tanh_slope_min: f32,
     /// Largest gradient norm, for actor and each critic; 0 means no limit.
     pub gradient_norm_max: f32,
     /// Weight of the temporal smoothness of the actor; 0 means off.
@@ -46,6 +49,7 @@ impl Default for Td3Config {
             target_noise_clip: 0.5,
             critic_layer_norm: true,
             actor_output_gain: 0.1,
+            tanh_slope_min: 0.1,
             gradient_norm_max: 0.0,
             smooth_temporal: 0.0,
             smooth_spatial: 0.0,
@@ -78,7 +82,7 @@ pub struct Td3Losses {
     pub smooth_temporal: f32,
     /// Spatial smoothness loss, unweighted; 0 when off.
     pub smooth_spatial: f32,
-    /// Share of the policy's actions beyond ±0.99, where tanh hardly passes a gradient.
+    /// Share of the policy's actions beyond ±0.99, where the exact slope of tanh is below 0.02.
     pub saturation: f32,
 }
 

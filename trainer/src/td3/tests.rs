@@ -66,6 +66,34 @@ fn the_policy_finds_the_best_action() {
     assert!(error < 0.08, "wrong by {error}");
 }
 
+/// Mean error of the actions after some hundred updates from an actor that sits at -1 whatever it sees.
+fn error_of_a_saturated_actor(tanh_slope_min: f32) -> f32 {
+    let config = Td3Config { actor_learning_rate: 1e-2, tanh_slope_min, ..config() };
+    let mut td3 = Td3::new(OBSERVATION, ACTION, config, 16);
+    td3.actor.shift_outputs(-20.0);
+    td3.actor_target.shift_outputs(-20.0);
+    let losses = train(&mut td3, &replay(4000, 0.0), 2, &mut Rng::seed_from_u64(17));
+    assert!(losses.saturation > 0.99, "it starts saturated: {losses:?}");
+    train(&mut td3, &replay(4000, 0.0), 600, &mut Rng::seed_from_u64(18));
+    let mut rng = Rng::seed_from_u64(19);
+    let mut error = 0.0;
+    for _ in 0..100 {
+        let s: [f32; 3] = uniform(&mut rng);
+        let action = act(&mut td3, &s);
+        error += ((action[0] - 0.5 * s[0]).abs() + (action[1] + 0.5 * s[1]).abs()) / 200.0;
+    }
+    error
+}
+
+#[test]
+fn a_saturated_actor_finds_back_but_not_along_the_exact_slope() {
+    let with_a_floor = error_of_a_saturated_actor(0.1);
+    assert!(with_a_floor < 0.15, "wrong by {with_a_floor}");
+    // An action of -1 is wrong by 1 on average.
+    let exact = error_of_a_saturated_actor(0.0);
+    assert!(exact > 0.9, "wrong by {exact}");
+}
+
 #[test]
 fn the_value_of_a_constant_reward_is_its_geometric_sum() {
     let mut rng = Rng::seed_from_u64(3);
