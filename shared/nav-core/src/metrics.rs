@@ -10,12 +10,14 @@
 //! | log jerk | 1 | -ln of the dimensionless squared jerk of the speed (Balasubramanian et al. 2015); higher is smoother |
 //! | clearance | m | smallest and mean distance from the footprint to anything |
 //! | time to collision | s | smallest at the velocities of the moment |
+//! | stood at the end | s | for so long the robot had been within 0.15 m of one place when the episode ended |
 //! | spin | 1 | share of steps whose last 2 s moved less than 0.25 m net and turned more than 0.8 rad |
 
 use crate::geometry::{Pose, wrap_angle};
 use heapless::Deque;
 use serde::{Deserialize, Serialize};
 
+const STOOD_M: f32 = 0.15;
 const SPIN_WINDOW_S: f32 = 2.0;
 const SPIN_MOVED_M: f32 = 0.25;
 const SPIN_TURNED_RAD: f32 = 0.8;
@@ -92,6 +94,8 @@ pub struct EpisodeMetrics {
     /// Smallest time to collision, s; absent when nothing was ever approached.
     pub time_to_collision_min_s: Option<f32>,
     /// See the module.
+    pub stood_at_end_s: f32,
+    /// See the module.
     pub spin: f32,
 }
 
@@ -110,6 +114,9 @@ pub struct EpisodeRecorder {
     clearance_min_m: f32,
     clearance_sum_m: f32,
     time_to_collision_min_s: f32,
+    /// Where it has stood, and for how many steps.
+    stood_at: Pose,
+    stood_steps: u32,
     spin_steps: u32,
     /// (pose, turned since) of the last spin window.
     window: Deque<(Pose, f32), SPIN_STEPS_MAX>,
@@ -133,6 +140,8 @@ impl EpisodeRecorder {
             clearance_min_m: f32::INFINITY,
             clearance_sum_m: 0.0,
             time_to_collision_min_s: f32::INFINITY,
+            stood_at: start,
+            stood_steps: 0,
             spin_steps: 0,
             window: Deque::new(),
             window_steps: ((SPIN_WINDOW_S / period_s) as usize).clamp(1, SPIN_STEPS_MAX - 1),
@@ -157,6 +166,10 @@ impl EpisodeRecorder {
         self.clearance_min_m = self.clearance_min_m.min(truth.clearance_m);
         self.clearance_sum_m += truth.clearance_m;
         self.time_to_collision_min_s = self.time_to_collision_min_s.min(truth.time_to_collision_s);
+        self.stood_steps += 1;
+        if (truth.pose.position() - self.stood_at.position()).norm() > STOOD_M {
+            (self.stood_at, self.stood_steps) = (truth.pose, 0);
+        }
         self.count_spin(&truth.pose, turn_rad);
         self.last = truth.pose;
     }
@@ -212,6 +225,7 @@ impl EpisodeRecorder {
                 .time_to_collision_min_s
                 .is_finite()
                 .then_some(self.time_to_collision_min_s),
+            stood_at_end_s: self.stood_steps as f32 * self.period_s,
             spin: self.spin_steps as f32 / steps,
         }
     }
@@ -238,6 +252,17 @@ mod tests {
         assert!((metrics.spl - 1.0).abs() < 1e-4 && (metrics.path_m - 5.0).abs() < 1e-3);
         assert!((metrics.smoothness - 1.0).abs() < 1e-6 && metrics.spin == 0.0);
         assert!((metrics.time_s - 5.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn standing_counts_from_where_it_last_drove() {
+        let mut recorder = drive(50, 1.0, 0.0);
+        let pose = Pose::new(5.0, 0.0, 0.0);
+        for _ in 0..30 {
+            recorder.step(&StepTruth { pose, linear_mps: 0.0, clearance_m: 1.0, time_to_collision_s: 4.0 });
+        }
+        let stood_s = recorder.finish(EpisodeEnd::Timeout, false, 9.0, 9.0).stood_at_end_s;
+        assert!((3.0..3.3).contains(&stood_s), "{stood_s}");
     }
 
     #[test]
