@@ -10,11 +10,13 @@ struct Scene {
     task: Task,
     navigator: Navigator,
     seq: u64,
+    yaw_rad: f32,
+    goal_x_m: f32,
 }
 
 impl Scene {
     fn new(task: Task) -> Self {
-        Self { task, navigator: Navigator::new(&task), seq: 0 }
+        Self { task, navigator: Navigator::new(&task), seq: 0, yaw_rad: 0.0, goal_x_m: 8.0 }
     }
 
     /// A step at `x_m` with a thing ahead at `gap_m`, 40 degrees wide, and nothing else.
@@ -35,9 +37,13 @@ impl Scene {
             let angle = lidar.angle_min_rad() + beam as f32 * lidar.angle_increment_rad();
             scan.ranges_m[beam] = if angle.abs() < 0.35 { gap_m } else { f32::INFINITY };
         }
-        let odom =
-            Odometry { header, pose: Pose::new(x_m, 0.0, 0.0), linear_mps: 1.0, ..Odometry::default() };
-        let goal = Goal { header, x_m: 8.0, y_m: 0.0, radius_m: 0.3, id: 1 };
+        let odom = Odometry {
+            header,
+            pose: Pose::new(x_m, 0.0, self.yaw_rad),
+            linear_mps: 1.0,
+            ..Odometry::default()
+        };
+        let goal = Goal { header, x_m: self.goal_x_m, y_m: 0.0, radius_m: 0.3, id: 1 };
         self.navigator.observe(&scan, &odom, &goal);
         self.navigator.decision_due()
     }
@@ -90,6 +96,73 @@ fn a_robot_that_does_not_move_is_stuck_after_ten_steps() {
         assert_eq!(scene.see(0.0, FREE), None, "step {step}");
     }
     assert_eq!(scene.see(0.0, FREE), Some(DecisionReason::Stuck));
+}
+
+#[test]
+fn what_came_to_nothing_is_not_offered_again_in_that_place() {
+    let mut scene = Scene::new(Task::default());
+    scene.see(0.0, FREE);
+    let mut tried = Vec::new();
+    for _ in 0..6 {
+        let (observation, mask) = scene.navigator.prepare_decision();
+        let stood = observation[nav_core::observation::HIGH_OBSERVATION - 1];
+        assert!((stood - 0.2 * tried.len() as f32).abs() < 0.1, "it sees for how long it stands: {stood}");
+        // One that always likes the goal best, then the lowest number.
+        let action = if mask.allows(ACTION_GOAL) { ACTION_GOAL } else { mask.actions().next().expect("one") };
+        assert!(!tried.contains(&action), "{action} again after {tried:?}");
+        tried.push(action);
+        scene.navigator.commit(action);
+        while scene.see(0.0, FREE).is_none() {}
+    }
+    scene.see(0.6, FREE);
+    scene.navigator.commit(ACTION_GOAL);
+    let (_, mask) = scene.navigator.prepare_decision();
+    assert!(tried.iter().all(|&action| mask.allows(action)), "elsewhere all may be tried again");
+}
+
+#[test]
+fn a_turn_on_the_spot_is_not_stuck() {
+    let mut scene = Scene::new(Task::default());
+    scene.see(0.0, FREE);
+    scene.choose(AHEAD);
+    for step in 1..20_u8 {
+        scene.yaw_rad = 0.1 * f32::from(step);
+        assert_eq!(scene.see(0.0, FREE), None, "step {step}");
+    }
+}
+
+#[test]
+fn a_correction_of_the_goal_is_followed_at_once_and_nothing_is_forgotten() {
+    let mut scene = Scene::new(Task::default());
+    for step in 0..=76_u8 {
+        scene.see(0.1 * f32::from(step), FREE);
+    }
+    scene.see(7.95, FREE);
+    assert!(scene.navigator.goal_reached());
+    let visits = scene.navigator.map().visit_density(nav_core::geometry::Point::new(4.0, 0.0));
+    scene.goal_x_m = 8.1;
+    scene.see(7.95, FREE);
+    assert!(scene.navigator.goal_reached(), "still well inside");
+    scene.goal_x_m = 8.5;
+    scene.see(7.95, FREE);
+    assert!(!scene.navigator.goal_reached(), "it lies elsewhere");
+    assert!((scene.navigator.goal().x - 8.5).abs() < 1e-6);
+    let now = scene.navigator.map().visit_density(nav_core::geometry::Point::new(4.0, 0.0));
+    assert!(visits > 0.0 && (visits - now).abs() < 1e-6, "the memory stays: {visits} {now}");
+    scene.see(8.45, FREE);
+    assert!(scene.navigator.goal_reached());
+}
+
+#[test]
+fn a_policy_does_not_see_the_time_limit_of_an_episode() {
+    let elapsed = |episode_steps: u32| {
+        let mut scene = Scene::new(Task { episode_steps, ..Task::default() });
+        for step in 0..50_u8 {
+            scene.see(0.1 * f32::from(step), FREE);
+        }
+        scene.navigator.prepare_decision().0.map(f32::to_bits)
+    };
+    assert_eq!(elapsed(250), elapsed(10_000));
 }
 
 #[test]
