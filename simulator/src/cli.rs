@@ -1,6 +1,7 @@
 //! The command line, as typed.
 
 use clap::{Parser, ValueEnum};
+use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use std::path::PathBuf;
 
@@ -11,15 +12,6 @@ pub(crate) enum Pace {
     Realtime,
     /// One step for each answered scan, as fast as it goes; the same seed gives the same bits.
     Lockstep,
-}
-
-/// How the simulated robot differs from a perfect one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DisturbanceChoice {
-    /// A perfect robot.
-    None,
-    /// Noise, dropout, latency, lag, gain and drift as in training.
-    Trained,
 }
 
 /// What to look at while it runs.
@@ -76,9 +68,10 @@ pub(crate) struct Arguments {
     /// How time passes
     #[arg(long, value_enum, default_value_t = Pace::Realtime)]
     pub(crate) pace: Pace,
-    /// How the robot differs from a perfect one
-    #[arg(long, value_enum, default_value_t = DisturbanceChoice::None)]
-    pub(crate) disturbance: DisturbanceChoice,
+    /// How the robot differs from a perfect one: usual (noise, dropout, latency, lag, drift, and a localiser that
+    /// corrects the goal each second), no_localiser (the drift stays), none (a perfect robot)
+    #[arg(long, default_value_t)]
+    pub(crate) disturbance: DisturbanceName,
     /// Name of the robot, part of every topic
     #[arg(long, default_value = "robot")]
     pub(crate) robot: String,

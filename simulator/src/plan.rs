@@ -9,7 +9,7 @@ use nav_sim::families::lasting;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::cli::{Arguments, DisturbanceChoice, Pace, ViewChoice};
+use crate::cli::{Arguments, Pace, ViewChoice};
 use crate::worlds::WorldSource;
 
 /// All that the command line asks for. Nothing in it can fail for being badly typed any more.
@@ -58,10 +58,7 @@ impl Plan {
         }
         let plan = Self {
             source,
-            disturbance: match arguments.disturbance {
-                DisturbanceChoice::None => Disturbance::none(),
-                DisturbanceChoice::Trained => Disturbance::usual(),
-            },
+            disturbance: arguments.disturbance.disturbance(),
             task,
             seed: arguments.seed,
             episodes: arguments.episodes,

@@ -88,7 +88,7 @@ fn in_clutter() {
 
 #[test]
 fn in_a_maze_with_all_disturbances() {
-    assert_equal(Family::Maze, 11, "trained", &Disturbance::trained());
+    assert_equal(Family::Maze, 11, "usual", &Disturbance::usual());
 }
 
 #[test]
@@ -100,14 +100,14 @@ fn among_people() {
 fn with_the_shipped_model() {
     let stage = Stage::with_shipped_model();
     assert_equal_on(&stage, Family::Rooms, 2, "none", &Disturbance::none());
-    assert_equal_on(&stage, Family::DeepU, 1, "trained", &Disturbance::trained());
+    assert_equal_on(&stage, Family::DeepU, 1, "usual", &Disturbance::usual());
 }
 
 #[test]
 fn two_runs_of_the_processes_are_equal_and_other_seeds_are_not() {
     let hashes = |seed| {
         let stage = Stage::new();
-        let report = through_processes(&stage, Family::UTrap, seed, "trained");
+        let report = through_processes(&stage, Family::UTrap, seed, "usual");
         let episodes = report["episodes"].as_array().expect("episodes").clone();
         let hash = |episode: &serde_json::Value| episode["trajectory_hash"].as_str().map(str::to_owned);
         episodes.iter().map(hash).collect::<Option<Vec<_>>>().expect("hashes")

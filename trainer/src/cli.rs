@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use nav_core::manifest::Algorithm;
+use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use std::path::PathBuf;
 
@@ -135,8 +136,9 @@ pub struct EvaluateArgs {
     /// Which worlds: `test` was never looked at, `validation` chose the model
     #[arg(long, default_value = "test")]
     pub split: Split,
-    /// How the robot differs from a perfect one
-    #[arg(long, value_enum, default_value = "trained")]
+    /// How the robot differs from a perfect one: usual (noise, dropout, latency, lag, drift, and a localiser that
+    /// corrects the goal each second), no_localiser (the drift stays), none (a perfect robot)
+    #[arg(long, default_value_t)]
     pub disturbance: DisturbanceName,
     /// Threads
     #[arg(long, default_value_t = 2)]
@@ -147,13 +149,4 @@ pub struct EvaluateArgs {
     /// Where table, CSV, JSON and pictures go
     #[arg(long, value_name = "FOLDER", default_value = "out/evaluate")]
     pub out: PathBuf,
-}
-
-/// How the simulated robot differs from a perfect one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DisturbanceName {
-    /// Not at all.
-    None,
-    /// As in training: noise, dropout, latency, lag, drift.
-    Trained,
 }

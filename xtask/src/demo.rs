@@ -16,7 +16,7 @@ use crate::two_processes::{Drive, Score};
 use crate::{libtorch, onnxruntime, programs};
 
 /// How the simulated robot differs from a perfect one: noise, dropout, latency and drift.
-const DISTURBANCE: &str = "trained";
+const DISTURBANCE: &str = "usual";
 
 /// Width of a policy's column.
 const COLUMN: usize = 13;

@@ -119,7 +119,9 @@ pub struct Goal {
     pub y_m: f32,
     /// The goal is reached when the robot's centre is this close, m.
     pub radius_m: f32,
-    /// Tells one goal (one episode) from the next; a new id makes the controller forget the last one.
+    /// Tells one goal (one episode) from the next. A new id makes the controller forget the last goal and all that it
+    /// remembers of the way; the same id with another place is a correction (a localiser has found out how far odometry
+    /// has drifted): it is followed at once, and everything is remembered.
     pub id: u32,
 }
 

@@ -21,7 +21,7 @@ use nav_sim::drawing::{EpisodeTrace, svg_sheet, write_picture};
 use serde::Serialize;
 use std::path::Path;
 
-use crate::cli::{DisturbanceName, EvaluateArgs, PolicyName};
+use crate::cli::{EvaluateArgs, PolicyName};
 use crate::train::policy::Policy;
 use crate::train::run_folder::RunFolder;
 use planner::{KnownMapPlanner, Search};
@@ -71,10 +71,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
             args.model.display()
         );
     }
-    let disturbance = match args.disturbance {
-        DisturbanceName::None => Disturbance::none(),
-        DisturbanceName::Trained => Disturbance::usual(),
-    };
+    let disturbance = args.disturbance.disturbance();
     let places = generate_places(&args.families, args.split, 0..args.worlds, task.robot.radius_m);
     let (rows, traces) = drive_policies(args, &task, &disturbance, &places)?;
     let summaries = report::summarise(&rows);
