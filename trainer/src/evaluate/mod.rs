@@ -1,11 +1,7 @@
 //! `trainer evaluate`: policies on shared held-out worlds, through the runtime's own controller.
 //!
-//! Reading order: [`nav_env::robot`] (one episode), [`nav_env::batch`] (many), [`planner`], [`reactive`] (rivals),
-//! [`report`].
+//! Reading order: [`nav_env::robot`] (one episode), [`nav_env::batch`] (many), [`nav_rivals`], [`report`].
 
-mod follow;
-pub mod planner;
-pub mod reactive;
 pub mod report;
 
 use anyhow::{Context, Result, ensure};
@@ -16,6 +12,8 @@ use nav_env::batch::{BatchOptions, drive_all};
 use nav_env::robot::Driven;
 use nav_env::worlds::{Place, generate_places};
 use nav_model::model::Model;
+use nav_rivals::planner::{KnownMapPlanner, Search};
+use nav_rivals::reactive::Reactive;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{EpisodeTrace, svg_sheet, write_picture};
 use serde::Serialize;
@@ -24,8 +22,6 @@ use std::path::Path;
 use crate::cli::{EvaluateArgs, PolicyName};
 use crate::train::policy::Policy;
 use crate::train::run_folder::RunFolder;
-use planner::{KnownMapPlanner, Search};
-use reactive::Reactive;
 use report::{EpisodeRow, Summary};
 
 /// Traced episodes and whose they are.

@@ -14,16 +14,16 @@ const TURN_TIME_S: f32 = 0.4;
 const SLOW_M: f32 = 0.8;
 
 /// What all classical rivals share: perception, steering and the guard's limits.
-pub(super) struct Follower {
-    pub(super) navigator: Navigator,
-    pub(super) task: Task,
+pub(crate) struct Follower {
+    pub(crate) navigator: Navigator,
+    pub(crate) task: Task,
     guard: Guard,
     commands: u64,
     goal_id: Option<u32>,
 }
 
 impl Follower {
-    pub(super) fn new(task: &Task) -> Self {
+    pub(crate) fn new(task: &Task) -> Self {
         Self {
             navigator: Navigator::new(task),
             task: *task,
@@ -34,7 +34,7 @@ impl Follower {
     }
 
     /// Takes in a moment; whether a new episode begins.
-    pub(super) fn observe(&mut self, inputs: &Inputs<'_>) -> bool {
+    pub(crate) fn observe(&mut self, inputs: &Inputs<'_>) -> bool {
         let is_new = self.goal_id != Some(inputs.goal.id);
         self.goal_id = Some(inputs.goal.id);
         if is_new {
@@ -45,7 +45,7 @@ impl Follower {
     }
 
     /// Drives towards a point of the `odom` frame.
-    pub(super) fn towards(
+    pub(crate) fn towards(
         &mut self,
         now_ns: u64,
         inputs: &Inputs<'_>,

@@ -10,7 +10,7 @@ use nav_sim::obstacles::Obstacles;
 use nav_sim::world::World;
 use pathfinding::directed::{astar::astar, dijkstra::dijkstra};
 
-use super::follow::Follower;
+use crate::follow::Follower;
 
 /// Side of a planning cell, m.
 const CELL_M: f32 = 0.1;

@@ -7,7 +7,7 @@ use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_env::robot::Driver;
 
-use super::follow::Follower;
+use crate::follow::Follower;
 
 /// Directions tried.
 const DIRECTIONS: usize = 72;
