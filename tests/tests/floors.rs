@@ -165,7 +165,8 @@ fn nav_core_and_nav_sim_never_read_a_clock() {
 }
 
 /// Where the same seed must give the same bits on every machine.
-const SAME_BITS: [&str; 2] = ["shared/nav-core/src", "shared/nav-sim/src"];
+const SAME_BITS: [&str; 4] =
+    ["shared/nav-core/src", "shared/nav-sim/src", "shared/nav-env/src", "shared/nav-rivals/src"];
 
 /// Methods of floats whose last bits depend on the C library or the compiler; `libm` has them all. What is exact
 /// by IEEE 754 (`sqrt`, `abs`, `floor`, `round`, `mul_add`, ...) is not among them.

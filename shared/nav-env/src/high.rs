@@ -269,7 +269,7 @@ impl HighRobot {
     fn paper_reward(&mut self, start: Pose, target: Point, obstacle_ahead: bool, outcome: Outcome) -> f32 {
         let pose = self.episode.navigator().pose();
         let moved = pose.position() - start.position();
-        let course_rad = if moved.norm() > 1e-3 { moved.y.atan2(moved.x) } else { pose.yaw_rad };
+        let course_rad = if moved.norm() > 1e-3 { libm::atan2f(moved.y, moved.x) } else { pose.yaw_rad };
         let error = wrap_angle(course_rad - start.bearing_to(target));
         let change = wrap_angle(course_rad - self.last_course_rad);
         self.last_course_rad = course_rad;

@@ -165,12 +165,12 @@ impl LowRobot {
         let [least_m, most_m] = self.config.subgoal_m;
         for _ in 0..10 {
             let bearing = self.rng.random_range(-std::f32::consts::PI..std::f32::consts::PI);
+            let (sin, cos) = libm::sincosf(bearing);
             let free_m =
-                navigator.scan().corridor_m(bearing.cos(), bearing.sin(), radius_m + 0.02, most_m + 0.5)
-                    - SUBGOAL_MARGIN_M;
+                navigator.scan().corridor_m(cos, sin, radius_m + 0.02, most_m + 0.5) - SUBGOAL_MARGIN_M;
             if free_m > least_m {
                 let distance_m = self.rng.random_range(least_m..=free_m.min(most_m));
-                let local = Point::new(distance_m * bearing.cos(), distance_m * bearing.sin());
+                let local = Point::new(distance_m * cos, distance_m * sin);
                 return Some(navigator.pose().parent_from_local(local));
             }
         }

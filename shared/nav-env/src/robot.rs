@@ -57,7 +57,7 @@ impl SimulatedRobot {
     }
 
     /// Drives an episode to its end.
-    pub fn drive(&mut self, driver: &mut impl Driver, place: &Place, with_trace: bool) -> Driven {
+    pub fn drive(&mut self, driver: &mut (impl Driver + ?Sized), place: &Place, with_trace: bool) -> Driven {
         let task = lasting(&self.task, place.scene.episode_steps());
         let mut simulation =
             Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);
@@ -90,7 +90,7 @@ impl SimulatedRobot {
 }
 
 /// Commands from a driver that is called.
-struct InProcess<'a, D> {
+struct InProcess<'a, D: ?Sized> {
     robot: &'a mut SimulatedRobot,
     driver: &'a mut D,
     /// Of the newest tick.
@@ -106,7 +106,7 @@ struct TickTimes {
     max_ns: u64,
 }
 
-impl<D: Driver> Commands for InProcess<'_, D> {
+impl<D: Driver + ?Sized> Commands for InProcess<'_, D> {
     type Error = Infallible;
 
     fn exchange(&mut self, simulation: &mut Simulation, goal_id: u32) -> Result<Answer, Infallible> {
@@ -127,7 +127,7 @@ impl<D: Driver> Commands for InProcess<'_, D> {
 }
 
 /// For a picture, if one is wanted.
-impl<D> Onlooker<InProcess<'_, D>> for Option<EpisodeTrace> {
+impl<D: ?Sized> Onlooker<InProcess<'_, D>> for Option<EpisodeTrace> {
     fn commanded(&mut self, simulation: &Simulation, commands: &InProcess<'_, D>) {
         let Some(trace) = self else { return };
         let status = &commands.status;

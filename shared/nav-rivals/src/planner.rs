@@ -1,6 +1,9 @@
 //! The upper bound: a planner that knows the static map, with a follower. It does not know the people.
+//!
+//! The path lies in the map's frame and is followed by the localised pose: odometry, corrected as far as a localiser
+//! says.
 
-use nav_core::geometry::Point;
+use nav_core::geometry::{Point, Pose};
 use nav_core::messages::CmdVel;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
@@ -9,6 +12,7 @@ use nav_env::worlds::Place;
 use nav_sim::obstacles::Obstacles;
 use nav_sim::world::World;
 use pathfinding::directed::{astar::astar, dijkstra::dijkstra};
+use std::sync::Arc;
 
 use crate::follow::Follower;
 
@@ -33,18 +37,28 @@ pub struct KnownMapPlanner {
     search: Search,
     task: Task,
     follower: Follower,
+    /// What is left of the path, map frame.
     path: Vec<Point>,
-    world: Option<std::sync::Arc<World>>,
+    world: Option<Arc<World>>,
+    map_from_odom: Pose,
 }
 
 impl KnownMapPlanner {
     /// A planner for a task.
     pub fn new(search: Search, task: &Task) -> Self {
-        Self { search, task: *task, follower: Follower::new(task), path: Vec::new(), world: None }
+        Self {
+            search,
+            task: *task,
+            follower: Follower::new(task),
+            path: Vec::new(),
+            world: None,
+            map_from_odom: Pose::default(),
+        }
     }
 
+    /// What to drive at, `odom` frame.
     fn target(&mut self) -> Point {
-        let position = self.follower.navigator.pose().position();
+        let position = self.map_from_odom.parent_from_local(self.follower.navigator.pose().position());
         let nearest = |path: &[Point]| {
             let distance = |index: &usize| (path[*index] - position).norm();
             (0..path.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
@@ -54,13 +68,20 @@ impl KnownMapPlanner {
             self.path.drain(..index);
         }
         let ahead = self.path.iter().find(|point| (**point - position).norm() > LOOKAHEAD_M);
-        ahead.copied().unwrap_or_else(|| self.follower.navigator.goal())
+        ahead.map_or_else(
+            || self.follower.navigator.goal(),
+            |point| self.map_from_odom.local_from_parent(*point),
+        )
     }
 }
 
 impl Driver for KnownMapPlanner {
     fn begin(&mut self, place: &Place) {
         self.world = Some(place.world.clone());
+    }
+
+    fn localise(&mut self, map_from_odom: Pose) {
+        self.map_from_odom = map_from_odom;
     }
 }
 

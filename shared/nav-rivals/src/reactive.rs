@@ -16,7 +16,7 @@ const FREE_M: f32 = 1.2;
 /// How much nearer to the goal's direction another must be to be preferred to the last one, rad.
 const INERTIA_RAD: f32 = 0.3;
 
-/// See the module.
+/// Steers by the newest scan.
 pub struct Reactive {
     follower: Follower,
     radius_m: f32,
@@ -38,8 +38,8 @@ impl Reactive {
         for k in 0..DIRECTIONS {
             let course = goal_course + k as f32 * (std::f32::consts::TAU / DIRECTIONS as f32);
             let bearing = course - pose.yaw_rad;
-            let free_m =
-                navigator.scan().corridor_m(bearing.cos(), bearing.sin(), self.radius_m + 0.08, needed_m);
+            let (sin, cos) = libm::sincosf(bearing);
+            let free_m = navigator.scan().corridor_m(cos, sin, self.radius_m + 0.08, needed_m);
             let blocked = (needed_m - free_m) * 10.0;
             let away = wrap_angle(course - goal_course).abs();
             let inertia = self
@@ -64,7 +64,8 @@ impl Tick for Reactive {
         let course = self.course_rad();
         self.last_course_rad = Some(course);
         let position = self.follower.navigator.pose().position();
-        let target = Point::new(position.x + course.cos(), position.y + course.sin());
+        let (sin, cos) = libm::sincosf(course);
+        let target = Point::new(position.x + cos, position.y + sin);
         self.follower.towards(now_ns, &inputs, target)
     }
 
