@@ -18,7 +18,8 @@ use crate::train::run_folder::RunFolder;
 /// Trains.
 ///
 /// # Errors
-/// A configuration that makes no sense, a folder that cannot be used, or a learner that diverged.
+/// A configuration that makes no sense, a folder that cannot be used, a learner that diverged or collapsed, or a gate
+/// that was missed.
 pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     if args.print_config {
         print_out(&plan(args)?.to_toml());
@@ -28,7 +29,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     crate::nn::init_torch();
     let folder = match &args.resume {
         Some(Some(path)) => RunFolder::open(path)?,
-        Some(None) => RunFolder::newest(|run| !run.is_finished(), "unfinished")?,
+        Some(None) => RunFolder::newest(RunFolder::is_unfinished, "unfinished")?,
         None => {
             let config = plan(args)?;
             let low = args.low.as_deref().map(|low| borrowed_low(low, &config)).transpose()?;
@@ -36,9 +37,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
             RunFolder::create(&path, &config, low.as_ref())?
         }
     };
-    if folder.is_finished() {
-        bail!("{} has already finished: `trainer export --run {0}` exports it", folder.path().display());
-    }
+    refuse_to_go_on(&folder)?;
     let _lock = folder.lock()?;
     let run = Run::open(folder.clone(), stop)?;
     let config = run.config();
@@ -57,11 +56,39 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
             eprintln!("{what}; continue with: trainer train --resume {}", folder.path().display());
             Ok(ExitCode::from(code))
         }
+        End::Failed(reason) => {
+            folder.save_failure(&reason)?;
+            bail!("the run {} is stopped for good: {reason}", folder.path().display());
+        }
         End::Finished(policy) => {
             tell(&policy, folder.path());
+            ensure!(policy.gate.missed.is_empty(), missed(&policy));
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+/// A finished or failed run says so, and what can be done instead.
+fn refuse_to_go_on(folder: &RunFolder) -> Result<()> {
+    let path = folder.path().display();
+    if let Some(reason) = folder.failure() {
+        bail!("{path} was stopped for good: {reason}");
+    }
+    if folder.is_finished() {
+        let policy = folder.policy()?;
+        ensure!(policy.gate.missed.is_empty(), "{path} has finished, but {}", missed(&policy));
+        bail!("{path} has already finished: `trainer export --run {path}` exports it");
+    }
+    Ok(())
+}
+
+/// That a finished run cannot be used, and what to do.
+fn missed(policy: &Policy) -> String {
+    format!(
+        "the gate was not passed, so that it cannot be exported: {}; train with another --seed, or change the \
+         configuration (--config)",
+        policy.gate.missed.join("; ")
+    )
 }
 
 /// The policy of a finished run, whose low level a run of `config` can use.
@@ -135,13 +162,6 @@ fn tell(policy: &Policy, folder: &Path) {
     }
     if policy.gate.missed.is_empty() {
         let _ = writeln!(text, "\ngate passed; export it with: trainer export --run {}", folder.display());
-    } else {
-        let _ = writeln!(
-            text,
-            "\ngate NOT passed, so that it cannot be exported: {}",
-            policy.gate.missed.join("; ")
-        );
-        text.push_str("train with another --seed, or change the configuration\n");
     }
     print_out(&text);
 }

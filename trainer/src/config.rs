@@ -100,8 +100,26 @@ pub struct LowConfig {
     pub decomposed: decomposed::LowWeights,
     /// Weights of the profile `paper`.
     pub paper: paper::LowWeights,
+    /// When the stage is stopped early.
+    pub collapse: CollapseConfig,
     /// The learner.
     pub td3: Td3Config,
+}
+
+/// When stage A has collapsed: its robots do not reach their targets and its actor sits in the flat ends of tanh. Such a
+/// run does not recover, so that it is stopped, with status 1, before the rest of its time is spent.
+///
+/// Both must hold, because a healthy actor drives at full speed, with half of its actions beyond ±0.99 and more.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CollapseConfig {
+    /// Share of the stage from which on it is watched; 1 turns the watch off. Healthy runs reach over 60 % of their
+    /// targets by a third of it.
+    pub from_share: f32,
+    /// Share of the newest targets that must be reached, with exploration.
+    pub reach_min: f32,
+    /// Share of actions beyond ±0.99 above which a low reach is a collapse.
+    pub saturation_max: f32,
 }
 
 /// Stage B: DQN over subgoals, the low level frozen.

@@ -170,7 +170,34 @@ fn wrong_inputs_are_refused_in_a_sentence() {
         format!("{TINY}\nlow_reach = 1.0").replacen("low_reach = 0.0\n", "", 1),
     )
     .expect("written");
-    succeed(here, &["train", "--config", "strict.toml", "--out", "runs/strict"]);
-    assert!(refuse(here, &["export"]).contains("did not pass its gate"));
+    let strict = ["train", "--config", "strict.toml", "--out", "runs/strict"];
+    let missed = [&strict[..], &["export"], &["train", "--resume", "runs/strict"]].map(|arguments| refuse(here, arguments));
+    for error in missed {
+        assert!(error.contains("gate") && error.contains("reach is") && error.contains("--seed"), "{error}");
+    }
     assert!(!here.join("models").exists(), "a refused export leaves nothing");
+}
+
+#[test]
+fn a_collapsed_run_is_stopped_before_its_time_and_names_a_way_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    // Subgoals out of reach, and an actor that begins in the flat ends of tanh.
+    let collapsing = TINY
+        .replacen("[low]\n", "[low]\ngoal_share = 0.0\nsubgoal_m = [2.5, 3.0]\nsubgoal_steps = 1\n", 1)
+        .replacen("env_steps = 3000", "env_steps = 60000", 1)
+        .replacen("td3.hidden = [16]", "td3.hidden = [16]\ntd3.actor_output_gain = 100.0", 1);
+    std::fs::write(here.join("collapsing.toml"), &collapsing).expect("written");
+    let error = refuse(here, &["train", "--config", "collapsing.toml", "--out", "runs/collapsed"]);
+    assert!(error.contains("collapsed") && error.contains("saturated") && error.contains("--seed"), "{error}");
+    assert!(!error.contains("high level"), "no time is spent on the next stage: {error}");
+    assert!(!here.join("runs/collapsed/policy.bin").exists());
+    assert!(refuse(here, &["train", "--resume"]).contains("no unfinished run"));
+    for arguments in [["train", "--resume", "runs/collapsed"], ["export", "--run", "runs/collapsed"]] {
+        let error = refuse(here, &arguments);
+        assert!(error.contains("collapsed") && error.contains("--seed"), "{error}");
+    }
+    let careless = format!("{collapsing}\n[low.collapse]\nfrom_share = 1.0").replacen("60000", "9000", 1);
+    std::fs::write(here.join("careless.toml"), careless).expect("written");
+    succeed(here, &["train", "--config", "careless.toml", "--out", "runs/careless"]);
 }

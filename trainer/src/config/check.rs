@@ -53,6 +53,9 @@ impl LowConfig {
         within("low.discount", self.discount, 0.0, 0.99999)?;
         within("low.goal_share", self.goal_share, 0.0, 1.0)?;
         within("low.final_learning_rate_share", self.final_learning_rate_share, 0.0, 1.0)?;
+        within("low.collapse.from_share", self.collapse.from_share, 0.0, 1.0)?;
+        within("low.collapse.reach_min", self.collapse.reach_min, 0.0, 1.0)?;
+        within("low.collapse.saturation_max", self.collapse.saturation_max, 0.0, 1.0)?;
         let td3 = &self.td3;
         hidden("low.td3", &td3.hidden)?;
         within("low.td3.actor_learning_rate", td3.actor_learning_rate, 1e-8, 1.0)?;

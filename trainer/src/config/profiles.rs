@@ -6,7 +6,7 @@ use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::Family;
 
-use super::{Config, GateConfig, HighConfig, LowConfig, Profile};
+use super::{CollapseConfig, Config, GateConfig, HighConfig, LowConfig, Profile};
 use crate::dqn::DqnConfig;
 use crate::td3::Td3Config;
 
@@ -72,6 +72,7 @@ impl Default for LowConfig {
             reward: RewardProfile::Decomposed,
             decomposed: decomposed::LowWeights::default(),
             paper: paper::LowWeights::default(),
+            collapse: CollapseConfig::default(),
             td3: Td3Config {
                 hidden: vec![128, 128],
                 actor_learning_rate: 1e-3,
@@ -81,6 +82,12 @@ impl Default for LowConfig {
                 ..Td3Config::default()
             },
         }
+    }
+}
+
+impl Default for CollapseConfig {
+    fn default() -> Self {
+        Self { from_share: 0.34, reach_min: 0.15, saturation_max: 0.5 }
     }
 }
 

@@ -41,7 +41,7 @@ const CARD: &str = "README.md";
 pub fn export(policy: &Policy, folder: &Path) -> Result<String> {
     if !policy.gate.missed.is_empty() {
         bail!(
-            "it did not pass its gate: {}; train with another --seed, or change the configuration",
+            "it did not pass its gate: {}; train with another --seed, or change the configuration (--config)",
             policy.gate.missed.join("; ")
         );
     }

@@ -173,6 +173,29 @@ impl LowStage {
         self.refresh()
     }
 
+    /// Why the stage cannot get better any more, if it cannot: see [`crate::config::CollapseConfig`].
+    pub fn collapse(&self) -> Option<String> {
+        let bounds = &self.config.collapse;
+        let is_watched = self.env_steps as f32 >= bounds.from_share * self.config.env_steps as f32
+            && self.attempts.is_full()
+            && !self.is_finished();
+        let (reach, saturation) = (self.attempts.success(), self.losses.saturation);
+        let has_collapsed = is_watched && reach < bounds.reach_min && saturation > bounds.saturation_max;
+        has_collapsed.then(|| {
+            format!(
+                "the low level has collapsed: after {} of {} steps it reaches {:.1} % of its targets (at least {:.1} % \
+                 is expected by now) while {:.1} % of its actions are saturated (beyond 0.99), from where its gradient \
+                 hardly leads back. Train with another --seed, or lower low.td3.actor_learning_rate; \
+                 low.collapse.from_share = 1 goes on regardless",
+                self.env_steps,
+                self.config.env_steps,
+                100.0 * reach,
+                100.0 * bounds.reach_min,
+                100.0 * saturation
+            )
+        })
+    }
+
     fn refresh(&mut self) -> Result<()> {
         repack(&mut self.acting, self.learner.actor(), self.normaliser.as_ref(), 1)?;
         Ok(())

@@ -34,6 +34,8 @@ pub enum End {
         /// Whether the state was saved; not within the warm-up, nor on a full disk.
         is_saved: bool,
     },
+    /// The learner cannot get better any more; why, and what to do.
+    Failed(String),
 }
 
 /// A trained low level.
@@ -163,13 +165,13 @@ impl Run {
     /// Trains to the end, or until somebody asks to stop.
     ///
     /// # Errors
-    /// A learner that diverged twice, or files that cannot be written at the end.
+    /// Files that cannot be written at the end.
     pub fn train(mut self) -> Result<End> {
         let low = match self.meta.low.clone() {
             Some(low) => low,
             None => match self.train_low()? {
                 Ok(low) => low,
-                Err(interrupted) => return Ok(interrupted),
+                Err(end) => return Ok(end),
             },
         };
         self.meta.low = Some(low.clone());
@@ -181,7 +183,7 @@ impl Run {
         let mut stage = HighStage::new(&self.config, places, acting)?;
         let first = low.env_steps;
         match self.drive("high level", &mut stage, first, self.config.high.decisions)? {
-            Some(interrupted) => Ok(interrupted),
+            Some(end) => Ok(end),
             None => {
                 let (env_steps, updates) = (stage.env_steps(), stage.learner().updates());
                 self.finish(low, Some(Weights::of(stage.learner().scorer())), env_steps, updates)
@@ -204,8 +206,8 @@ impl Run {
     fn train_low(&mut self) -> Result<Result<LowResult, End>> {
         let places = self.places(&self.config.low.families.clone());
         let mut stage = LowStage::new(&self.config, places)?;
-        if let Some(interrupted) = self.drive("low level", &mut stage, 0, self.config.low.env_steps)? {
-            return Ok(Err(interrupted));
+        if let Some(end) = self.drive("low level", &mut stage, 0, self.config.low.env_steps)? {
+            return Ok(Err(end));
         }
         let normaliser = stage.normaliser().cloned().context("the low level never left its warm-up")?;
         let score = score_low(&self.config, stage.learner().actor(), &normaliser)?;

@@ -8,9 +8,11 @@
 //! | `lock` | nothing; held by the process that trains |
 //! | `low.bin` | the policy whose low level is used, if none is trained |
 //! | `policy.bin` | the trained policy; there once the run has finished |
+//! | `failed.txt` | why the run was stopped for good, if it was |
 
 use anyhow::{Context, Result, bail};
 use std::fs::{File, TryLockError};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -25,6 +27,7 @@ pub const RUNS_FOLDER: &str = "runs";
 const CONFIG: &str = "config.toml";
 const POLICY: &str = "policy.bin";
 const LOW: &str = "low.bin";
+const FAILED: &str = "failed.txt";
 
 /// The folder of one run.
 #[derive(Clone, Debug)]
@@ -53,7 +56,7 @@ impl RunFolder {
             folder.write_policy(LOW, low)?;
         }
         let text = config.to_toml();
-        write_atomically(&folder.path.join(CONFIG), |file| std::io::Write::write_all(file, text.as_bytes()))
+        write_atomically(&folder.path.join(CONFIG), |file| file.write_all(text.as_bytes()))
             .with_context(|| format!("cannot write into {}", path.display()))?;
         Ok(folder)
     }
@@ -125,6 +128,27 @@ impl RunFolder {
         self.policy_path().is_file()
     }
 
+    /// Whether training can go on here.
+    pub fn is_unfinished(&self) -> bool {
+        !self.is_finished() && self.failure().is_none()
+    }
+
+    /// Why the run was stopped for good, and what to do, if it was.
+    pub fn failure(&self) -> Option<String> {
+        let path = self.path.join(FAILED);
+        path.is_file().then(|| std::fs::read_to_string(path).unwrap_or_default().trim_end().to_owned())
+    }
+
+    /// Keeps why the run was stopped for good.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn save_failure(&self, reason: &str) -> Result<()> {
+        let path = self.path.join(FAILED);
+        write_atomically(&path, |file| writeln!(file, "{reason}"))
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+
     /// Keeps every other process from training in this folder for as long as the result lives.
     ///
     /// # Errors
@@ -190,6 +214,9 @@ impl RunFolder {
     /// # Errors
     /// A run that has not finished, or a damaged file.
     pub fn policy(&self) -> Result<Policy> {
+        if let Some(reason) = self.failure() {
+            bail!("the run {} was stopped for good: {reason}", self.path.display());
+        }
         if !self.is_finished() {
             bail!(
                 "the run {} has not finished: continue it with `trainer train --resume {0}`",

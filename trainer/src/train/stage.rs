@@ -13,6 +13,8 @@ pub(super) trait Stage {
     fn round(&mut self) -> Result<()>;
     /// Whether the stage has had its share.
     fn is_finished(&self) -> bool;
+    /// Why going on is in vain, if it is.
+    fn collapse(&self) -> Option<String>;
     /// Whether a checkpoint can be taken now.
     fn can_save(&self) -> bool;
     /// For the progress bar.
@@ -34,6 +36,10 @@ impl Stage for LowStage {
 
     fn is_finished(&self) -> bool {
         Self::is_finished(self)
+    }
+
+    fn collapse(&self) -> Option<String> {
+        Self::collapse(self)
     }
 
     fn can_save(&self) -> bool {
@@ -91,6 +97,10 @@ impl Stage for HighStage {
 
     fn is_finished(&self) -> bool {
         Self::is_finished(self)
+    }
+
+    fn collapse(&self) -> Option<String> {
+        None
     }
 
     fn can_save(&self) -> bool {

@@ -40,21 +40,27 @@ impl Window {
 
     /// Share that succeeded; 0 before the first attempt.
     pub fn success(&self) -> f32 {
-        self.mean(|ended| f32::from(u8::from(ended.succeeded)))
+        self.share(|ended| ended.succeeded)
     }
 
-    /// Share that collided.
+    /// Share that collided; 0 before the first attempt.
     pub fn collision(&self) -> f32 {
-        self.mean(|ended| f32::from(u8::from(ended.collided)))
+        self.share(|ended| ended.collided)
     }
 
-    /// Mean return.
+    /// Mean return; 0 before the first attempt.
     pub fn mean_return(&self) -> f32 {
-        self.mean(|ended| ended.returned)
+        // From +0: the sum of nothing is -0 otherwise.
+        self.attempts.iter().fold(0.0, |sum, ended| sum + ended.returned) / self.attempts.len().max(1) as f32
     }
 
-    fn mean(&self, of: impl Fn(&Ended) -> f32) -> f32 {
-        self.attempts.iter().map(of).sum::<f32>() / self.attempts.len().max(1) as f32
+    fn share(&self, of: impl Fn(&Ended) -> bool) -> f32 {
+        self.attempts.iter().filter(|ended| of(ended)).count() as f32 / self.attempts.len().max(1) as f32
+    }
+
+    /// Whether it holds as many attempts as it remembers.
+    pub fn is_full(&self) -> bool {
+        self.attempts.len() == self.length
     }
 
     /// Attempts ever added.
@@ -70,7 +76,8 @@ mod tests {
     #[test]
     fn every_mean_is_over_the_newest_attempts_alone() {
         let mut window = Window::new(2);
-        assert!(window.success().abs() < 1e-9 && window.mean_return().abs() < 1e-9, "before the first");
+        let figures = [window.success(), window.collision(), window.mean_return()];
+        assert_eq!(figures.map(f32::to_bits), [0; 3], "before the first, and without a sign");
         for (succeeded, collided, returned) in [(false, true, -9.0), (true, false, 3.0), (false, false, 1.0)]
         {
             window.push(Ended { succeeded, collided, returned });

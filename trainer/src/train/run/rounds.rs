@@ -1,7 +1,7 @@
 //! The rounds of a stage, with what goes on beside them: logs, checkpoints, the user's wish to stop, and the way back
 //! from a divergence.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use std::time::{Duration, Instant};
 
 use super::{End, Meta, Run};
@@ -17,7 +17,8 @@ const LOG_STEPS: u64 = 5_000;
 const ROLL_BACK_FACTOR: f32 = 0.3;
 
 impl Run {
-    /// Rounds until the stage has finished (`None`) or somebody asks to stop. Steps of the log count from `first`.
+    /// Rounds until the stage has finished (`None`), has failed, or somebody asks to stop. Steps of the log count from
+    /// `first`.
     pub(super) fn drive(
         &mut self,
         name: &str,
@@ -37,8 +38,11 @@ impl Run {
         }
         let mut progress = Progress::new(name, total);
         while !stage.is_finished() {
-            if let Err(error) = stage.round() {
-                self.roll_back(stage, &error)?;
+            if let Err(error) = stage.round()
+                && let Some(failed) = self.roll_back(stage, &error)?
+            {
+                progress.finish();
+                return Ok(Some(failed));
             }
             let status = stage.status();
             progress.update(status);
@@ -57,6 +61,10 @@ impl Run {
                     Ok(()) => is_saved = true,
                     Err(error) => progress.note(&format!("warning: {error:#}")),
                 }
+            }
+            if let Some(reason) = stage.collapse() {
+                progress.finish();
+                return Ok(Some(End::Failed(reason)));
             }
             if let Some(code) = stopping {
                 progress.finish();
@@ -77,14 +85,14 @@ impl Run {
         Ok(())
     }
 
-    /// Goes back to the newest checkpoint with lower learning rates; once.
-    fn roll_back(&mut self, stage: &mut impl Stage, error: &anyhow::Error) -> Result<()> {
+    /// Goes back to the newest checkpoint with lower learning rates; once. The second time the run has failed.
+    fn roll_back(&mut self, stage: &mut impl Stage, error: &anyhow::Error) -> Result<Option<End>> {
         let checkpoint = self.store.load_newest_valid().checkpoint;
         let usable = checkpoint.filter(|checkpoint| {
             let meta = checkpoint.value::<Meta>("meta");
             !self.meta.rolled_back && meta.is_ok_and(|meta| meta.low.is_some() == self.meta.low.is_some())
         });
-        let Some(mut checkpoint) = usable else { bail!("{error:#}; the run is not exported") };
+        let Some(mut checkpoint) = usable else { return Ok(Some(End::Failed(format!("{error:#}")))) };
         eprintln!(
             "warning: {error:#}; going back to {} with learning rates times {ROLL_BACK_FACTOR}",
             checkpoint.path().display()
@@ -95,6 +103,6 @@ impl Run {
         self.logged_step = checkpoint.step();
         self.log =
             ScalarLog::open(self.folder.path(), checkpoint.step()).context("cannot reopen the logs")?;
-        Ok(())
+        Ok(None)
     }
 }
