@@ -10,6 +10,7 @@
 use std::time::Duration;
 
 use rand::{RngExt, SeedableRng};
+use tch::{Device, Kind, Tensor};
 use trainer::dqn::{Candidates, Decision, DecisionBatch, Dqn, DqnConfig};
 use trainer::nn::{self, Rng};
 use trainer::replay::ReplayBuffer;
@@ -99,8 +100,8 @@ fn dqn_rate(hidden: &[usize], rows: usize, legal: usize) -> f64 {
 
 /// GFLOP/s of the matrix product alone: the floor below every figure, and a measure of how quiet the machine is.
 fn product_speed(size: usize) -> f64 {
-    let [a, b, c] = [(); 3].map(|()| nn::Buffer::zeros(size, size));
-    let (a, b, c) = (a.tensor(size), b.tensor(size), c.tensor(size));
+    let side = size as i64;
+    let [a, b, c] = [(); 3].map(|()| Tensor::zeros([side, side], (Kind::Float, Device::Cpu)));
     rate(|| drop(a.mm_out(&c, &b))) * 2.0 * (size as f64).powi(3) / 1e9
 }
 

@@ -17,8 +17,8 @@ use rand::SeedableRng;
 use serde::{Deserialize, Serialize};
 
 pub use self::batch::{Decision, DecisionBatch};
-use crate::nn::{Activation, Adam, AdamState, Buffer, Mlp, MlpShape, Rng, flat};
-use crate::td3::{EXPLODED, descend, mean};
+use crate::nn::flat::mean;
+use crate::nn::{Activation, Adam, AdamState, Buffer, EXPLODED, Mlp, MlpShape, Rng, descend, flat};
 
 /// Hyper-parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -163,7 +163,7 @@ impl Dqn {
         for (index, observation) in observations.chunks_exact(observation).enumerate() {
             expand(observation, &mut self.rows.as_mut_slice()[index * count * width..][..count * width]);
         }
-        self.online.forward(&self.rows.tensor(number * count))
+        self.online.forward(&self.rows.view(number * count))
     }
 
     /// One update of the scorer and its target.
@@ -205,7 +205,7 @@ impl Dqn {
         if legal == 0 {
             return;
         }
-        let values = self.online.forward(&self.rows.tensor(legal));
+        let values = self.online.forward(&self.rows.view(legal));
         // Keep the best of each block, at the front of the same rows.
         let (mut start, mut best) = (0, Vec::with_capacity(batch.rows()));
         for (_, mask) in batch.bootstraps() {
@@ -217,7 +217,7 @@ impl Dqn {
         for (slot, &row) in best.iter().enumerate() {
             rows.copy_within(row * width..(row + 1) * width, slot * width);
         }
-        let next = self.target.forward(&self.rows.tensor(best.len()));
+        let next = self.target.forward(&self.rows.view(best.len()));
         let bootstrapped = batch.discounts().iter().zip(&mut self.returns).zip(batch.next_masks());
         let bootstrapped = bootstrapped.filter(|((discount, _), mask)| batch::counts(**discount, *mask));
         for (((discount, value), _), next) in bootstrapped.zip(next) {
@@ -228,7 +228,8 @@ impl Dqn {
     /// Huber loss of the chosen candidates to `returns`.
     fn descend(&mut self, rows: usize) -> DqnLosses {
         let delta = self.config.huber_delta;
-        let q = self.online.forward(&self.chosen.tensor(rows));
+        let input = self.chosen.view(rows);
+        let q = self.online.forward(&input);
         let mut losses = DqnLosses {
             q_mean: mean(q),
             q_max: q.iter().copied().fold(f32::NEG_INFINITY, f32::max),
@@ -244,7 +245,7 @@ impl Dqn {
             self.gradient.push(error.clamp(-delta, delta) / rows as f32);
         }
         self.online.zero_gradients();
-        self.online.backward(&self.gradient);
+        self.online.backward(&input, &self.gradient);
         losses.gradient_norm = descend(&mut self.online, &mut self.adam, self.config.gradient_norm_max);
         losses
     }

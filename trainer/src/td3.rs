@@ -25,10 +25,10 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 pub use self::batch::{Batch, Transition};
-pub(crate) use self::config::EXPLODED;
 pub use self::config::{Td3Config, Td3Losses};
 use self::smooth::Smoothness;
-use crate::nn::{Activation, Adam, AdamState, Mlp, MlpShape, Rng, flat};
+use crate::nn::flat::mean;
+use crate::nn::{Activation, Adam, AdamState, Mlp, MlpShape, Rng, descend, flat};
 
 /// A critic, its target and its optimiser.
 #[derive(Debug)]
@@ -106,11 +106,6 @@ impl Td3 {
         &self.actor
     }
 
-    #[cfg(test)]
-    pub(crate) fn actor_mut(&mut self) -> &mut Mlp {
-        &mut self.actor
-    }
-
     /// Updates made.
     pub fn updates(&self) -> u64 {
         self.updates
@@ -185,7 +180,7 @@ impl Td3 {
             let squares: f32 = q.iter().zip(&self.target).map(|(q, y)| (q - y) * (q - y)).sum();
             self.losses.critic += squares / rows;
             online.zero_gradients();
-            online.backward(&self.gradient);
+            online.backward(&input, &self.gradient);
             let norm = descend(online, adam, self.config.gradient_norm_max);
             self.losses.critic_gradient_norm = self.losses.critic_gradient_norm.max(norm);
         }
@@ -195,7 +190,10 @@ impl Td3 {
     fn update_actor(&mut self, batch: &mut Batch) {
         let rows = batch.rows();
         match &mut self.smoothness {
-            Some(smoothness) => self.actor.forward(&smoothness.input(batch, &mut self.rng)),
+            Some(smoothness) => {
+                smoothness.fill(batch, &mut self.rng);
+                self.actor.forward(&smoothness.input())
+            }
             None => self.actor.forward(&batch.observation()),
         };
         let actions = &self.actor.output()[..rows * self.action];
@@ -218,7 +216,8 @@ impl Td3 {
             self.losses.smooth_spatial = spatial;
         }
         self.actor.zero_gradients();
-        self.actor.backward_with_slope_floor(&self.gradient, self.config.tanh_slope_min);
+        let input = self.smoothness.as_ref().map_or_else(|| batch.observation(), Smoothness::input);
+        self.actor.backward_with_slope_floor(&input, &self.gradient, self.config.tanh_slope_min);
         let limit = self.config.gradient_norm_max;
         self.losses.actor_gradient_norm = descend(&mut self.actor, &mut self.actor_adam, limit);
     }
@@ -260,17 +259,4 @@ impl Td3 {
         self.losses = state.losses;
         fits
     }
-}
-
-/// Clips, steps, and returns the norm before clipping.
-pub(crate) fn descend(network: &mut Mlp, adam: &mut Adam, limit: f32) -> f32 {
-    let (parameters, gradients) = network.parameters_and_gradients();
-    let norm = flat::clip_norm(gradients, limit);
-    adam.step(parameters, gradients);
-    norm
-}
-
-/// Arithmetic mean.
-pub(crate) fn mean(values: &[f32]) -> f32 {
-    values.iter().sum::<f32>() / values.len() as f32
 }

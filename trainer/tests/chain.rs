@@ -171,7 +171,8 @@ fn wrong_inputs_are_refused_in_a_sentence() {
     )
     .expect("written");
     let strict = ["train", "--config", "strict.toml", "--out", "runs/strict"];
-    let missed = [&strict[..], &["export"], &["train", "--resume", "runs/strict"]].map(|arguments| refuse(here, arguments));
+    let missed = [&strict[..], &["export"], &["train", "--resume", "runs/strict"]]
+        .map(|arguments| refuse(here, arguments));
     for error in missed {
         assert!(error.contains("gate") && error.contains("reach is") && error.contains("--seed"), "{error}");
     }
@@ -189,7 +190,10 @@ fn a_collapsed_run_is_stopped_before_its_time_and_names_a_way_on() {
         .replacen("td3.hidden = [16]", "td3.hidden = [16]\ntd3.actor_output_gain = 100.0", 1);
     std::fs::write(here.join("collapsing.toml"), &collapsing).expect("written");
     let error = refuse(here, &["train", "--config", "collapsing.toml", "--out", "runs/collapsed"]);
-    assert!(error.contains("collapsed") && error.contains("saturated") && error.contains("--seed"), "{error}");
+    assert!(
+        error.contains("collapsed") && error.contains("saturated") && error.contains("--seed"),
+        "{error}"
+    );
     assert!(!error.contains("high level"), "no time is spent on the next stage: {error}");
     assert!(!here.join("runs/collapsed/policy.bin").exists());
     assert!(refuse(here, &["train", "--resume"]).contains("no unfinished run"));

@@ -10,9 +10,8 @@ use std::process::Command;
 
 use nav_model::model::{actor_contract, scorer_contract};
 use rand::{RngExt, SeedableRng};
-use tch::Tensor;
 use trainer::logs::ScalarLog;
-use trainer::nn::{Activation, Mlp, MlpShape, Rng};
+use trainer::nn::{Activation, Buffer, Mlp, MlpShape, Rng};
 use trainer::onnx::{Normalisation, write_mlp};
 
 /// The interpreter; nothing when it is missing and need not be there.
@@ -71,7 +70,7 @@ fn onnx_accepts_actor_and_scorer_and_evaluates_them_alike() {
         let x = uniform(contract.input.elements(), &mut rng);
         let normal = |(place, x): (usize, &f32)| (x - mean[place % inputs]) * 1.25;
         let seen: Vec<f32> = if normalised { x.iter().enumerate().map(normal).collect() } else { x.clone() };
-        let y = mlp.forward(&Tensor::from_slice(&seen).reshape([-1, inputs as i64])).to_vec();
+        let y = mlp.forward(&Buffer::of(&seen, inputs).view(seen.len() / inputs)).to_vec();
 
         let bytes = write_mlp(&mlp, &contract, normalisation, &[("seed", "7")]).expect("it fits");
         let files = ["model.onnx", "inputs", "answers"].map(|name| folder.path().join(name));

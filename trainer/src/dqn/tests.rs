@@ -106,8 +106,8 @@ fn the_loss_is_that_of_double_dqn_written_out() {
         let best = legal.max_by(|a, b| online[*a].total_cmp(&online[*b]));
         let mut rows = [0.0; COUNT * COUNT * STATES];
         expand(next, &mut rows);
-        let rows = tch::Tensor::from_slice(&rows).reshape([COUNT as i64, -1]);
-        let target = best.map_or(0.0, |best| dqn.target.forward(&rows)[best]);
+        let rows = Buffer::of(&rows, COUNT * STATES);
+        let target = best.map_or(0.0, |best| dqn.target.forward(&rows.view(COUNT))[best]);
         let y = batch.returns()[row] + batch.discounts()[row] * target;
         let error = (dqn.values(batch.observation_row(row))[batch.actions()[row] as usize] - y).abs();
         huber += if error < 1.0 { 0.5 * error * error } else { error - 0.5 };

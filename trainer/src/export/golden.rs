@@ -9,9 +9,8 @@ use nav_env::worlds::generate_places;
 use nav_model::model::{Golden, GoldenPair};
 use nav_sim::families::{Family, Split};
 use std::sync::Arc;
-use tch::Tensor;
 
-use crate::nn::Mlp;
+use crate::nn::{Buffer, Mlp};
 use crate::train::policy::Policy;
 
 /// Pairs a network.
@@ -76,7 +75,5 @@ pub(super) fn golden_pairs(policy: &Policy) -> Result<Golden> {
 
 /// What libtorch computes.
 fn answer(mlp: &mut Mlp, input: &[f32], rows: usize) -> Vec<f32> {
-    let input = Tensor::from_slice(input).reshape([rows as i64, -1]);
-    let outputs = mlp.outputs();
-    mlp.forward(&input)[..rows * outputs].to_vec()
+    mlp.forward(&Buffer::of(input, input.len() / rows).view(rows)).to_vec()
 }

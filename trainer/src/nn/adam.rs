@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::kernels::vectorised;
+use super::{Mlp, flat};
 
 const BETA_1: f32 = 0.9;
 const BETA_2: f32 = 0.999;
@@ -75,6 +76,14 @@ impl Adam {
         }
         fits
     }
+}
+
+/// Clips the gradient of a network at a norm (0: no limit), steps, and returns the norm before.
+pub fn descend(network: &mut Mlp, adam: &mut Adam, norm_max: f32) -> f32 {
+    let (parameters, gradients) = network.parameters_and_gradients();
+    let norm = flat::clip_norm(gradients, norm_max);
+    adam.step(parameters, gradients);
+    norm
 }
 
 vectorised! {

@@ -12,64 +12,61 @@
 //! an output without tanh, and a penalty on the pre-activation, which also moves actors that are rightly at full speed.
 
 use std::ops::Range;
+use tch::Tensor;
 
+use super::buffer::View;
 use super::mlp::{Activation, Layer, Mlp};
 use super::tape::TapeLayer;
 use super::{kernels, layer_norm};
 
-/// How far a backward pass goes.
-#[derive(Clone)]
-enum Reach {
-    Parameters,
-    ParametersAndInput,
-    InputColumns(Range<usize>),
-}
-
 impl Mlp {
     /// Adds the derivative of the loss by every parameter to the gradients, given that by the output of the
-    /// last forward pass, `[rows, outputs]`.
+    /// last forward pass, `[rows, outputs]`, which was on the same `x`.
     ///
     /// # Panics
-    /// When there was no forward pass or `output_gradient` has another size.
-    pub fn backward(&mut self, output_gradient: &[f32]) {
-        self.propagate(output_gradient, &Reach::Parameters, 0.0);
+    /// When `output_gradient` has another size than the output.
+    pub fn backward(&mut self, x: &View<'_>, output_gradient: &[f32]) {
+        self.backward_with_slope_floor(x, output_gradient, 0.0);
     }
 
     /// As [`Mlp::backward`], with the slope of a tanh output counted as `slope_min` at least where descending moves
     /// the output inwards (see the module); 0 is the exact derivative.
-    pub fn backward_with_slope_floor(&mut self, output_gradient: &[f32], slope_min: f32) {
-        self.propagate(output_gradient, &Reach::Parameters, slope_min);
+    ///
+    /// # Panics
+    /// As [`Mlp::backward`].
+    pub fn backward_with_slope_floor(&mut self, x: &View<'_>, output_gradient: &[f32], slope_min: f32) {
+        assert_eq!(x.rows(), self.tape.rows, "a backward pass is on the input of the forward pass before");
+        self.propagate(output_gradient, Some(x.tensor()), slope_min);
     }
 
-    /// As [`Mlp::backward`], and returns the derivative by the input, `[rows, inputs]`.
-    pub fn backward_to_input(&mut self, output_gradient: &[f32]) -> &[f32] {
-        self.propagate(output_gradient, &Reach::ParametersAndInput, 0.0);
-        &self.tape.input_gradient.as_slice()[..self.tape.rows * self.shape.sizes[0]]
-    }
-
-    /// Derivative by some input columns only, `[rows, columns]`; the parameter gradients stay as they are.
+    /// Derivative by some input columns, `[rows, columns]`; the parameter gradients stay as they are.
+    ///
+    /// # Panics
+    /// As [`Mlp::backward`].
     pub fn input_gradient(&mut self, output_gradient: &[f32], columns: Range<usize>) -> &[f32] {
-        let count = self.tape.rows * columns.len();
-        self.propagate(output_gradient, &Reach::InputColumns(columns), 0.0);
-        &self.tape.input_gradient.as_slice()[..count]
+        self.propagate(output_gradient, None, 0.0);
+        let (rows, start, length) = (self.tape.rows, columns.start as i64, columns.len() as i64);
+        let out = self.tape.input_gradient.matrix_at(0, rows, columns.len());
+        let weight = self.layers[0].weight_view.narrow(1, start, length);
+        let _ = self.tape.layers[0].gradient_view.mm_out(&out, &weight);
+        &self.tape.input_gradient.as_slice()[..rows * columns.len()]
     }
 
-    fn propagate(&mut self, output_gradient: &[f32], reach: &Reach, slope_min: f32) {
+    /// Down to the product of the first layer; with the input given, adds to the parameter gradients on the way.
+    fn propagate(&mut self, output_gradient: &[f32], x: Option<&Tensor>, slope_min: f32) {
         let rows = self.tape.rows;
-        let x = self.tape.input.as_ref().expect("a backward pass follows a forward pass");
         assert_eq!(output_gradient.len(), rows * self.outputs(), "one gradient an output");
         let parameters = self.parameters.as_slice();
         let last = self.layers.len() - 1;
-        let with_parameters = !matches!(reach, Reach::InputColumns(_));
         start_gradient(&mut self.tape.layers[last], output_gradient, self.shape.output, slope_min);
         for index in (0..=last).rev() {
             let (before, rest) = self.tape.layers.split_at_mut(index);
             let (layer, tape) = (&self.layers[index], &mut rest[0]);
             let gradients = self.gradients.as_mut_slice();
             if index < last {
-                hidden_gradient(tape, layer, rows, parameters, gradients, with_parameters);
+                hidden_gradient(tape, layer, rows, parameters, gradients, x.is_some());
             }
-            if with_parameters {
+            if let Some(x) = x {
                 let flat = &tape.gradient.as_slice()[..rows * layer.outputs];
                 kernels::add_column_sums(&mut gradients[layer.bias.clone()], flat);
                 let input = before.last().map_or(x, |tape| &tape.activation_view);
@@ -80,16 +77,6 @@ impl Mlp {
                 let _ = tape.gradient_view.mm_out(&below.gradient_view, &layer.weight_view);
             }
         }
-        let (columns, weight) = match reach {
-            Reach::Parameters => return,
-            Reach::ParametersAndInput => (self.shape.sizes[0], self.layers[0].weight_view.shallow_clone()),
-            Reach::InputColumns(range) => {
-                let (start, length) = (range.start as i64, range.len() as i64);
-                (range.len(), self.layers[0].weight_view.narrow(1, start, length))
-            }
-        };
-        let out = self.tape.input_gradient.matrix_at(0, rows, columns);
-        let _ = self.tape.layers[0].gradient_view.mm_out(&out, &weight);
     }
 }
 

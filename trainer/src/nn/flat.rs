@@ -33,6 +33,11 @@ pub fn norm(values: &[f32]) -> f32 {
     sum.sqrt()
 }
 
+/// Arithmetic mean.
+pub fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len() as f32
+}
+
 /// Shrinks `gradient` so that its Euclidean norm is at most `limit`; 0 means no limit.
 ///
 /// Returns the norm before.

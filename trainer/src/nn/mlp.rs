@@ -9,7 +9,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use tch::Tensor;
 
-use super::buffer::Buffer;
+use super::buffer::{Buffer, View};
 use super::tape::Tape;
 use super::{Rng, kernels, layer_norm};
 
@@ -242,13 +242,10 @@ impl Mlp {
     }
 
     /// Runs the network on `x` `[rows, inputs]` (rows may be strided) and returns `[rows, outputs]`.
-    ///
-    /// `x` is kept, not copied: it must not change before the backward pass.
-    pub fn forward(&mut self, x: &Tensor) -> &[f32] {
-        let rows = x.size()[0] as usize;
+    pub fn forward(&mut self, x: &View<'_>) -> &[f32] {
+        let (x, rows) = (x.tensor(), x.rows());
         let parameters = self.parameters.as_slice();
         self.tape.resize(rows);
-        self.tape.input = Some(x.shallow_clone());
         for index in 0..self.layers.len() {
             let (before, rest) = self.tape.layers.split_at_mut(index);
             let (layer, tape) = (&self.layers[index], &mut rest[0]);

@@ -10,8 +10,6 @@ pub(super) struct Tape {
     capacity: usize,
     /// Rows of the last forward pass.
     pub(super) rows: usize,
-    /// Input of the last forward pass (shared with the caller, not copied).
-    pub(super) input: Option<Tensor>,
     pub(super) layers: Vec<TapeLayer>,
     /// Derivative by the input.
     pub(super) input_gradient: Buffer,
@@ -36,7 +34,7 @@ impl Tape {
     /// An empty tape; `layers` yields width and whether the layer is normalised.
     pub(super) fn new(inputs: usize, layers: impl Iterator<Item = (usize, bool)>) -> Self {
         let layers = layers.map(|(width, normalised)| TapeLayer::new(0, width, normalised)).collect();
-        Self { capacity: 0, rows: 0, input: None, layers, input_gradient: Buffer::zeros(0, inputs) }
+        Self { capacity: 0, rows: 0, layers, input_gradient: Buffer::zeros(0, inputs) }
     }
 
     /// Makes room for `rows` rows and points the views at them.

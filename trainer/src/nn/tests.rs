@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use tch::{Device, Kind, Tensor};
 
-use super::{Activation, Adam, Mlp, MlpShape, Rng, flat, layer_norm};
+use super::{Activation, Adam, Buffer, Mlp, MlpShape, Rng, flat, layer_norm};
 
 /// Largest difference between the two derivatives, relative to the largest derivative of the block.
 const TOLERANCE: f32 = 2e-5;
@@ -90,19 +90,20 @@ fn derivatives_match_automatic_differentiation() {
         }
         // Growing, shrinking and growing again, so that the tape is resized both ways.
         for rows in [5, 33, 1, 16] {
-            let x = matrix(&uniform(rows * 13, &mut rng), rows).set_requires_grad(true);
+            let given = Buffer::of(&uniform(rows * 13, &mut rng), 13);
+            let x = matrix(given.as_slice(), rows).set_requires_grad(true);
             let slope = uniform(rows * 3, &mut rng);
             let (y, leaves) = reference(&mlp, &x);
             (y.shallow_clone() * matrix(&slope, rows)).sum(Kind::Float).backward();
             mlp.zero_gradients();
-            let x_plain = x.detach();
-            assert_close(mlp.forward(&x_plain), &values(&y), "output");
-            assert_close(mlp.backward_to_input(&slope), &values(&x.grad()), "input");
+            assert_close(mlp.forward(&given.view(rows)), &values(&y), "output");
+            mlp.backward(&given.view(rows), &slope);
             for (ours, leaf) in blocks(&mlp).iter().zip(&leaves) {
                 assert_close(ours, &values(&leaf.grad()), &format!("{shape:?} with {rows} rows"));
             }
-            let some_columns = values(&x.grad().narrow(1, 4, 6));
             let before = mlp.gradients().to_vec();
+            assert_close(mlp.input_gradient(&slope, 0..13), &values(&x.grad()), "input");
+            let some_columns = values(&x.grad().narrow(1, 4, 6));
             assert_close(mlp.input_gradient(&slope, 4..10), &some_columns, "input columns");
             assert_eq!(before, mlp.gradients(), "an input gradient leaves the parameter gradients alone");
         }
@@ -116,9 +117,10 @@ fn a_slope_floor_acts_only_in_the_flat_ends_and_only_inwards() {
     let mut bias_gradient = |shift: f32, slope: f32, floor: f32| {
         mlp.parameters_mut().fill(0.0);
         mlp.shift_outputs(shift);
-        mlp.forward(&matrix(&[0.3, -0.2], 1));
+        let x = Buffer::of(&[0.3, -0.2], 2);
+        mlp.forward(&x.view(1));
         mlp.zero_gradients();
-        mlp.backward_with_slope_floor(&[slope], floor);
+        mlp.backward_with_slope_floor(&x.view(1), &[slope], floor);
         blocks(&mlp)[1][0]
     };
     // Descending against a gradient of the output's sign moves it inwards.
@@ -134,13 +136,13 @@ fn a_slope_floor_acts_only_in_the_flat_ends_and_only_inwards() {
 fn gradients_add_up_until_they_are_zeroed() {
     let mut rng = Rng::seed_from_u64(2);
     let mut mlp = Mlp::new(MlpShape::new(4, &[8], 2, Activation::Tanh), &mut rng);
-    let x = matrix(&uniform(12, &mut rng), 3);
+    let x = Buffer::of(&uniform(12, &mut rng), 4);
     let slope = uniform(6, &mut rng);
-    mlp.forward(&x);
-    mlp.backward(&slope);
+    mlp.forward(&x.view(3));
+    mlp.backward(&x.view(3), &slope);
     let once = mlp.gradients().to_vec();
-    mlp.forward(&x);
-    mlp.backward(&slope);
+    mlp.forward(&x.view(3));
+    mlp.backward(&x.view(3), &slope);
     let twice: Vec<_> = once.iter().map(|value| 2.0 * value).collect();
     assert_close(mlp.gradients(), &twice, "two passes");
     mlp.zero_gradients();
@@ -153,9 +155,10 @@ fn every_parameter_receives_a_gradient() {
     for shape in shapes() {
         let mut mlp = Mlp::new(shape.clone(), &mut rng);
         mlp.lift_hidden_units();
-        mlp.forward(&matrix(&uniform(400 * 13, &mut rng), 400));
+        let x = Buffer::of(&uniform(400 * 13, &mut rng), 13);
+        mlp.forward(&x.view(400));
         let slope = uniform(400 * 3, &mut rng);
-        mlp.backward(&slope);
+        mlp.backward(&x.view(400), &slope);
         for block in blocks(&mlp) {
             assert!(block.iter().all(|gradient| *gradient != 0.0), "{shape:?} leaves a parameter alone");
         }
@@ -166,10 +169,10 @@ fn every_parameter_receives_a_gradient() {
 fn strided_input_is_read_as_its_rows() {
     let mut rng = Rng::seed_from_u64(4);
     let mut mlp = Mlp::new(MlpShape::new(5, &[16], 2, Activation::Identity), &mut rng);
-    let wide = matrix(&uniform(7 * 9, &mut rng), 9);
-    let view = wide.narrow(1, 2, 5);
-    let strided = mlp.forward(&view).to_vec();
-    assert_close(mlp.forward(&view.contiguous()), &strided, "strided rows");
+    let wide = Buffer::of(&uniform(7 * 9, &mut rng), 7);
+    let strided = mlp.forward(&wide.view_columns(2, 5)).to_vec();
+    let narrow: Vec<f32> = (0..9).flat_map(|row| wide.row(row)[2..7].to_vec()).collect();
+    assert_close(mlp.forward(&Buffer::of(&narrow, 5).view(9)), &strided, "strided rows");
 }
 
 #[test]
@@ -211,8 +214,8 @@ fn a_seed_gives_the_same_network_and_the_same_bits() {
         let mut rng = Rng::seed_from_u64(seed);
         let shape = MlpShape { layer_norm: true, ..MlpShape::new(6, &[32, 32], 1, Activation::Identity) };
         let mut mlp = Mlp::new(shape, &mut rng);
-        let x = matrix(&uniform(48, &mut rng), 8);
-        mlp.forward(&x).iter().map(|value| value.to_bits()).collect::<Vec<_>>()
+        let x = Buffer::of(&uniform(48, &mut rng), 6);
+        mlp.forward(&x.view(8)).iter().map(|value| value.to_bits()).collect::<Vec<_>>()
     };
     assert_eq!(run(7), run(7));
     assert_ne!(run(7), run(8));

@@ -2,10 +2,9 @@
 
 use nav_model::load::{NetworkContract, Port};
 use rand::{RngExt, SeedableRng};
-use tch::Tensor;
 
 use super::*;
-use crate::nn::{Activation, Mlp, MlpShape, Rng};
+use crate::nn::{Activation, Buffer, Mlp, MlpShape, Rng};
 
 const MEAN: [f32; 7] = [0.5, -1.0, 0.0, 2.0, 0.1, 0.0, -3.0];
 const INVERSE_DEVIATION: [f32; 7] = [1.0, 2.0, 0.5, 20.0, 1.0, 3.0, 0.1];
@@ -35,7 +34,7 @@ fn cases(mlp: &mut Mlp, rows: usize, normalised: bool) -> Vec<Case> {
         let normal = |(place, x): (usize, &f32)| (x - MEAN[place % 7]) * INVERSE_DEVIATION[place % 7];
         let seen: Vec<f32> =
             if normalised { input.iter().enumerate().map(normal).collect() } else { input.clone() };
-        let answer = mlp.forward(&Tensor::from_slice(&seen).reshape([rows as i64, 7])).to_vec();
+        let answer = mlp.forward(&Buffer::of(&seen, 7).view(rows)).to_vec();
         Case { input, answer }
     };
     (0..40).map(case).collect()

@@ -1,8 +1,6 @@
 //! Transitions as rows of the replay buffer, and batches of them.
 
-use tch::Tensor;
-
-use crate::nn::{Buffer, Rng};
+use crate::nn::{Buffer, Rng, View};
 use crate::replay::ReplayBuffer;
 
 /// One step of the environment. A row of the replay buffer holds its fields in this order.
@@ -108,20 +106,20 @@ impl Batch {
         &self.discounts
     }
 
-    pub(super) fn critic_input(&self) -> Tensor {
-        self.now.tensor(self.rows())
+    pub(super) fn critic_input(&self) -> View<'_> {
+        self.now.view(self.rows())
     }
 
-    pub(super) fn next_critic_input(&self) -> Tensor {
-        self.next.tensor(self.rows())
+    pub(super) fn next_critic_input(&self) -> View<'_> {
+        self.next.view(self.rows())
     }
 
-    pub(super) fn observation(&self) -> Tensor {
-        self.now.columns_tensor(0, self.observation)
+    pub(super) fn observation(&self) -> View<'_> {
+        self.now.view_columns(0, self.observation)
     }
 
-    pub(super) fn next_observation(&self) -> Tensor {
-        self.next.columns_tensor(0, self.observation)
+    pub(super) fn next_observation(&self) -> View<'_> {
+        self.next.view_columns(0, self.observation)
     }
 
     pub(super) fn observation_row(&self, row: usize) -> &[f32] {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::nn::EXPLODED;
+
 /// Hyper-parameters. Names follow the paper where it has one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -57,9 +59,6 @@ impl Default for Td3Config {
         }
     }
 }
-
-/// No return of any reward here comes near this.
-pub(crate) const EXPLODED: f32 = 1e5;
 
 /// What one update tells. Values of the actor are those of its newest update.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]

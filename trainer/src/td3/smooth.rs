@@ -6,10 +6,9 @@
 
 use rand::distr::Distribution;
 use rand_distr::StandardNormal;
-use tch::Tensor;
 
 use super::{Batch, Td3Config};
-use crate::nn::{Buffer, Rng};
+use crate::nn::{Buffer, Rng, View};
 
 #[derive(Debug)]
 pub(super) struct Smoothness {
@@ -35,8 +34,8 @@ impl Smoothness {
         })
     }
 
-    /// Observations, then next observations and perturbed observations as the weights ask for.
-    pub(super) fn input(&mut self, batch: &Batch, rng: &mut Rng) -> Tensor {
+    /// Lays out observations, then next observations and perturbed observations as the weights ask for.
+    pub(super) fn fill(&mut self, batch: &Batch, rng: &mut Rng) {
         let rows = batch.rows();
         let blocks = 1 + usize::from(self.temporal > 0.0) + usize::from(self.spatial > 0.0);
         if self.input.rows() != blocks * rows {
@@ -55,7 +54,11 @@ impl Smoothness {
                 }
             }
         }
-        self.input.tensor(blocks * rows)
+    }
+
+    /// What [`Smoothness::fill`] has laid out.
+    pub(super) fn input(&self) -> View<'_> {
+        self.input.view(self.input.rows())
     }
 
     /// Appends and adds the gradient by the actions of [`Smoothness::input`], given the `[rows, action]`

@@ -3,6 +3,7 @@
 use rand::{RngExt, SeedableRng};
 
 use super::*;
+use crate::nn::Buffer;
 use crate::replay::ReplayBuffer;
 
 const OBSERVATION: usize = 3;
@@ -46,7 +47,7 @@ fn train(td3: &mut Td3, replay: &ReplayBuffer, updates: usize, rng: &mut Rng) ->
 }
 
 fn act(td3: &mut Td3, observation: &[f32; OBSERVATION]) -> Vec<f32> {
-    td3.actor_mut().forward(&tch::Tensor::from_slice(observation).reshape([1, -1])).to_vec()
+    td3.actor.forward(&Buffer::of(observation, OBSERVATION).view(1)).to_vec()
 }
 
 #[test]

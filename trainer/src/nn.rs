@@ -9,29 +9,34 @@
 //! |---|---|
 //! | [`buffer`] | a matrix that is both a tensor and a slice |
 //! | [`mlp`] | the network: shape, parameters, forward |
+//! | `tape` | what a forward pass keeps for the backward pass |
 //! | `backward` | its hand-written derivatives |
 //! | [`layer_norm`] | layer normalisation of a row and its derivative |
-//! | [`adam`] | the optimiser |
-//! | [`flat`] | Polyak averaging and gradient norms over flat slices |
+//! | [`flat`] | Polyak averaging, means and gradient norms over flat slices |
+//! | [`adam`] | the optimiser, and a step of a network with it |
+//! | `kernels` | the element-wise passes, compiled twice |
 //!
 //! Every random number comes from a generator the caller passes in; torch's own, which is global to the
 //! process, is never used.
 
-pub mod adam;
-mod backward;
 pub mod buffer;
-pub mod flat;
-pub(crate) mod kernels;
-pub mod layer_norm;
 pub mod mlp;
 mod tape;
+mod backward;
+pub mod layer_norm;
+pub mod flat;
+pub mod adam;
+mod kernels;
 #[cfg(test)]
 mod tests;
 
-pub use adam::{Adam, AdamState};
-pub use buffer::Buffer;
+pub use adam::{Adam, AdamState, descend};
+pub use buffer::{Buffer, View};
 pub use mlp::{Activation, Dense, Mlp, MlpShape};
 pub use nav_env::seeds::Rng;
+
+/// No return of any reward here comes near this: a value beyond it has exploded.
+pub const EXPLODED: f32 = 1e5;
 
 /// Prepares the process for training; call once, before the first tensor.
 ///
