@@ -1,5 +1,5 @@
 //! Everything that must hold before a change is merged, on a machine with nothing but cargo, gcc and
-//! python3: set-ups, format, lints, one build, doc tests, and all tests last.
+//! python3: set-ups, format, one build, lints, documentation, doc tests, and all tests last.
 
 use anyhow::Result;
 
@@ -33,6 +33,11 @@ pub(crate) fn run() -> Result<()> {
     } else {
         say("lints: not checked, clippy is not installed");
     }
+    say("documentation");
+    let mut doc = cargo();
+    doc.env("RUSTDOCFLAGS", denying_warnings(std::env::var("RUSTDOCFLAGS").ok()));
+    doc.args(["doc", "--release", "--workspace", "--no-deps"]);
+    run_shown(&mut doc, "the documentation (a warning counts as an error)")?;
     say("doc tests");
     run_shown(cargo().args(["test", "--release", "--workspace", "--doc", "--quiet"]), "the doc tests")?;
     if have("cargo", &["nextest", "--version"]) {
@@ -43,4 +48,10 @@ pub(crate) fn run() -> Result<()> {
     let mut test = cargo();
     test.args(["test", "--release", "--workspace", "--no-fail-fast", "--lib", "--bins", "--tests"]);
     run_shown(test.args(["--", "--test-threads=1"]), "the tests")
+}
+
+/// The flags of rustdoc for pages. What `.cargo/config.toml` has for doc tests does not go with these: a variable wins
+/// over it, and pages are not linked.
+fn denying_warnings(wanted: Option<String>) -> String {
+    [wanted.unwrap_or_default().as_str(), "--deny warnings"].join(" ").trim_start().to_owned()
 }
