@@ -1,9 +1,11 @@
 //! The command line, as typed.
 
-use clap::{Parser, ValueEnum};
+use clap::{Parser, Subcommand, ValueEnum};
 use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use std::path::PathBuf;
+
+use crate::import::Import;
 
 /// How simulated time passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -23,6 +25,13 @@ pub(crate) enum ViewChoice {
     Terminal,
 }
 
+/// What to do instead of simulating a robot.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Instead {
+    /// Turn a list of cylinders (CSV) into a folder of world files
+    Import(Import),
+}
+
 /// A simulated robot behind the robot's own topics.
 ///
 /// Publishes scan, odom and goal, drives by cmd_vel, and reports how each episode ended. Start the runtime beside it,
@@ -30,6 +39,7 @@ pub(crate) enum ViewChoice {
 #[derive(Debug, Parser)]
 #[command(
     version,
+    args_conflicts_with_subcommands = true,
     after_help = "\
 Examples:
   simulator --world maze --view terminal         one held-out maze in real time, shown in the terminal
@@ -38,6 +48,8 @@ Examples:
 Exit status: 0 when all episodes were driven, 1 on an error (no runtime, wrong map), 130 after Ctrl-C."
 )]
 pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) instead: Option<Instead>,
     /// Scene family to generate worlds from: clutter, boxes, u_trap, deep_u, hook, maze, maze_tight, rooms, crowd, stream, tight
     #[arg(long, visible_alias = "world", default_value = "clutter", conflicts_with_all = ["map", "world_file"])]
     pub(crate) family: Family,
@@ -99,7 +111,7 @@ pub(crate) struct Arguments {
 }
 
 /// `N` finite numbers with commas between.
-fn numbers<const N: usize>(text: &str) -> Result<[f32; N], String> {
+pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f32; N], String> {
     let parsed: Result<Vec<f32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     match parsed.map(<[f32; N]>::try_from) {
         Ok(Ok(numbers)) if numbers.iter().all(|number| number.is_finite()) => Ok(numbers),
@@ -126,5 +138,9 @@ mod tests {
         assert!(Arguments::try_parse_from(["simulator", "--world", "maze"]).is_ok());
         assert!(Arguments::try_parse_from(["simulator", "--map", "m.yaml"]).is_err(), "no start, no goal");
         assert!(Arguments::try_parse_from(["simulator", "--episodes", "0"]).is_err());
+        let import = "import list.csv --out worlds --start -2,3,1.5 --goal -2,13";
+        let parsed = |line: &str| Arguments::try_parse_from(line.split(' '));
+        assert!(matches!(parsed(&format!("simulator {import}")), Ok(Arguments { instead: Some(_), .. })));
+        assert!(parsed(&format!("simulator --seed 3 {import}")).is_err(), "an import has no seed");
     }
 }

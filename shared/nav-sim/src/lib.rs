@@ -7,7 +7,7 @@
 //! Reading order: [`world`] (what a world is), [`families`] (where worlds come from), [`simulation`]
 //! (reset and step) with its parts [`dynamics`], [`odometer`], [`localiser`], [`disturbance`], [`obstacles`],
 //! [`collision`], [`lidar`] (whose noise is [`normal`]) and [`people`], then [`geodesic`] (path check and shortest
-//! distances), [`map_file`] and [`world_file`] (worlds from disk), [`drawing`] (pictures of episodes).
+//! distances), [`map_file`], [`world_file`] and [`cylinders`] (worlds from disk), [`drawing`] (pictures of episodes).
 
 pub mod world;
 pub mod families;
@@ -27,5 +27,6 @@ pub mod geodesic;
 
 pub mod map_file;
 pub mod world_file;
+pub mod cylinders;
 
 pub mod drawing;
