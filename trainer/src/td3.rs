@@ -19,9 +19,8 @@ mod smooth;
 #[cfg(test)]
 mod tests;
 
+use nav_sim::normal::standard_normal;
 use rand::SeedableRng;
-use rand::distr::Distribution;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 pub use self::batch::{Batch, Transition};
@@ -147,8 +146,8 @@ impl Td3 {
         let actions = self.actor_target.forward(&batch.next_observation());
         for (row, action) in actions.chunks_exact(self.action).enumerate() {
             for (slot, action) in batch.next_action_mut(row).iter_mut().zip(action) {
-                let noise: f32 = StandardNormal.sample(&mut self.rng);
-                *slot = (action + (target_noise * noise).clamp(-clip, clip)).clamp(-1.0, 1.0);
+                let noise = (target_noise * standard_normal(&mut self.rng)).clamp(-clip, clip);
+                *slot = (action + noise).clamp(-1.0, 1.0);
             }
         }
         let input = batch.next_critic_input();

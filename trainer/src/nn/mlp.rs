@@ -256,7 +256,7 @@ impl Mlp {
             if index + 1 == self.layers.len() {
                 kernels::add_bias(values, bias);
                 if self.shape.output == Activation::Tanh {
-                    values.iter_mut().for_each(|value| *value = value.tanh());
+                    values.iter_mut().for_each(|value| *value = libm::tanhf(*value));
                 }
             } else if let (Some((scale, shift)), Some((normal, inverse))) = (&layer.norm, &mut tape.normal) {
                 let normal = &mut normal.as_mut_slice()[..rows * layer.outputs];

@@ -4,8 +4,7 @@
 //! `temporal * mean((a - b)^2) + spatial * mean((a - c)^2)` over batch and action dimensions. All three pass
 //! through the actor as one batch, and the gradient flows into all of them.
 
-use rand::distr::Distribution;
-use rand_distr::StandardNormal;
+use nav_sim::normal::standard_normal;
 
 use super::{Batch, Td3Config};
 use crate::nn::{Buffer, Rng, View};
@@ -49,8 +48,7 @@ impl Smoothness {
             if self.spatial > 0.0 {
                 let perturbed = self.input.row_mut((blocks - 1) * rows + row);
                 for (slot, value) in perturbed.iter_mut().zip(batch.observation_row(row)) {
-                    let noise: f32 = StandardNormal.sample(rng);
-                    *slot = value + self.noise * noise;
+                    *slot = value + self.noise * standard_normal(rng);
                 }
             }
         }

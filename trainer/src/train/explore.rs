@@ -1,7 +1,7 @@
 //! Exploration of stage A.
 
 use nav_core::observation::LOW_ACTION;
-use rand_distr::{Distribution, StandardNormal};
+use nav_sim::normal::standard_normal;
 
 use crate::config::LowConfig;
 use crate::nn::Rng;
@@ -18,8 +18,5 @@ pub(super) fn explore(
     let [least, most] = config.noise;
     let place = if config.envs > 1 { robot as f32 / (config.envs - 1) as f32 } else { 0.5 };
     let sigma = (least + (most - least) * place) * (1.0 - 0.5 * progress);
-    action.map(|value| {
-        let noise: f32 = StandardNormal.sample(rng);
-        (value + sigma * noise).clamp(-1.0, 1.0)
-    })
+    action.map(|value| (value + sigma * standard_normal(rng)).clamp(-1.0, 1.0))
 }
