@@ -158,7 +158,8 @@ pub struct HighConfig {
     pub decomposed: decomposed::HighWeights,
     /// Weights of the profile `paper`.
     pub paper: paper::HighWeights,
-    /// Deviation margins tried on validation worlds after training; the best is kept.
+    /// Deviation margins tried on validation worlds after training; the best is kept. None: the margin is
+    /// `task.decision.deviation_margin`.
     pub deviation_margins: Vec<f32>,
     /// The learner.
     pub dqn: DqnConfig,
@@ -174,8 +175,14 @@ pub struct GateConfig {
     pub low_collision: f32,
     /// Share of the whole policy's steps that may be spin.
     pub spin: f32,
-    /// Validation worlds a family.
+    /// Validation worlds a family that judge the policy.
     pub worlds: u32,
+    /// Other validation worlds a family, on which the deviation margin is chosen before.
+    pub choosing_worlds: u32,
+    /// Share of the worlds of a family without people that may end in a collision, for each family.
+    pub static_collision: f32,
+    /// Share of the worlds of a family with people that may end in a collision, for each family.
+    pub people_collision: f32,
     /// Share of `clutter` worlds that must be solved.
     pub clutter_success: f32,
     /// Share of `u_trap` worlds that the hybrid must solve.

@@ -29,6 +29,9 @@ spin = 1.0
 worlds = 2
 clutter_success = 0.0
 u_trap_success = 0.0
+choosing_worlds = 2
+static_collision = 1.0
+people_collision = 1.0
 ";
 
 fn trainer(folder: &Path, arguments: &[&str]) -> Command {

@@ -124,6 +124,11 @@ impl Family {
         !matches!(self, Self::Hook | Self::MazeTight | Self::Stream)
     }
 
+    /// Whether people walk in its worlds.
+    pub const fn has_people(self) -> bool {
+        matches!(self, Self::Crowd | Self::Stream)
+    }
+
     /// Steps of 0.1 s that an episode needs: 500, and more where the way must first be found.
     pub const fn episode_steps(self) -> u32 {
         match self {

@@ -24,6 +24,11 @@ impl Config {
         ensure!(i64::try_from(self.seed).is_ok(), "seed must be below 2^63");
         self.low.validate(self.task.episode_steps)?;
         self.high.validate()?;
+        ensure!(
+            self.high.deviation_margins.is_empty() || self.task.decision.deviation_margin.abs() <= 0.0,
+            "task.decision.deviation_margin has no effect as long as high.deviation_margins lists margins to choose from: \
+             set high.deviation_margins = [] to keep yours"
+        );
         self.gate.validate()
     }
 }
@@ -100,7 +105,6 @@ impl HighConfig {
         within("high.epsilon[1]", self.epsilon[1], 0.0, 1.0)?;
         within("high.epsilon_share", self.epsilon_share, 0.0, 1.0)?;
         within("high.random_goal_share", self.random_goal_share, 0.0, 1.0)?;
-        ensure!(!self.deviation_margins.is_empty(), "high.deviation_margins must hold at least one margin");
         hidden("high.dqn", &self.dqn.hidden)?;
         within("high.dqn.learning_rate", self.dqn.learning_rate, 1e-8, 1.0)?;
         within("high.final_learning_rate", self.final_learning_rate, 0.0, 1.0)?;
@@ -116,11 +120,15 @@ impl HighConfig {
 
 impl GateConfig {
     fn validate(&self) -> Result<()> {
-        ensure!(self.worlds > 0, "gate.worlds must be at least 1");
+        for (name, worlds) in [("worlds", self.worlds), ("choosing_worlds", self.choosing_worlds)] {
+            ensure!((1..=100_000).contains(&worlds), "gate.{name} must lie in [1, 100000] worlds a family");
+        }
         for (name, share) in [
             ("low_reach", self.low_reach),
             ("low_collision", self.low_collision),
             ("spin", self.spin),
+            ("static_collision", self.static_collision),
+            ("people_collision", self.people_collision),
             ("clutter_success", self.clutter_success),
             ("u_trap_success", self.u_trap_success),
         ] {

@@ -37,7 +37,7 @@ impl Config {
             config.gate.low_reach = 0.97;
             config.gate.low_collision = 0.02;
             config.gate.spin = 0.03;
-            config.gate.worlds = 100;
+            config.gate.static_collision = 0.1;
             config.gate.clutter_success = 0.95;
             config.gate.u_trap_success = 0.85;
         }
@@ -130,7 +130,10 @@ impl Default for GateConfig {
             low_reach: 0.9,
             low_collision: 0.05,
             spin: 0.05,
-            worlds: 60,
+            worlds: 120,
+            choosing_worlds: 60,
+            static_collision: 0.15,
+            people_collision: 0.6,
             clutter_success: 0.9,
             u_trap_success: 0.8,
         }

@@ -96,10 +96,13 @@ mod tests {
             ("[high.dqn]\nhuber_delta = 0.0", "high.dqn.huber_delta"),
             ("[high]\nfamilies = ['maze', 'maze']", "twice"),
             ("[gate]\nworlds = 0", "gate.worlds"),
+            ("[task.decision]\ndeviation_margin = 0.3", "high.deviation_margins = []"),
             ("[gate]\nspin = nan", "gate.spin must be finite"),
         ] {
             assert!(message(text).contains(field), "{}", message(text));
         }
+        let kept = "[task.decision]\ndeviation_margin = 0.3\n[high]\ndeviation_margins = []";
+        Config::parse(kept, Profile::Quick).expect("then it is the margin");
         assert!(message("seed = 'one'").contains("wrong kind"));
         assert!(message("seed = ").contains("TOML"));
     }

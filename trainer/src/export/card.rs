@@ -33,7 +33,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
          | lidar | {} beams, {:.0} degrees, {} m |\n\
          | control period | {} s |\n\
          | deviation margin | {} |\n\n\
-         ## Validation worlds (never trained on; they chose the deviation margin)\n\n\
+         ## Validation worlds (never trained on, and others chose the deviation margin)\n\n\
          | family | worlds | success | collision | spin | its TD3 straight at the goal |\n|---|---|---|---|---|---|\n",
         config.profile,
         if is_hybrid { "hybrid" } else { "td3" },

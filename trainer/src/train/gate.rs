@@ -42,20 +42,29 @@ pub struct GateReport {
     pub missed: Vec<String>,
 }
 
-/// The validation worlds of a run: every family that it trains its top level on.
-pub fn validation_places(config: &Config) -> Vec<Place> {
+/// What validation worlds are for: no world both chooses and judges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// To choose the deviation margin.
+    Choose,
+    /// To judge the policy.
+    Judge,
+}
+
+/// Validation worlds of every family that a run trains its top level on.
+pub fn validation_places(config: &Config, purpose: Purpose) -> Vec<Place> {
     let mut families = config.high.families.clone();
     for wanted in [Family::Clutter, Family::UTrap] {
         if !families.contains(&wanted) {
             families.push(wanted);
         }
     }
-    generate_places(
-        &families,
-        Split::Validation,
-        0..u64::from(config.gate.worlds),
-        config.task.robot.radius_m,
-    )
+    let (choosing, judging) = (u64::from(config.gate.choosing_worlds), u64::from(config.gate.worlds));
+    let seeds = match purpose {
+        Purpose::Choose => 0..choosing,
+        Purpose::Judge => choosing..choosing + judging,
+    };
+    generate_places(&families, Split::Validation, seeds, config.task.robot.radius_m)
 }
 
 /// Drives every place once with the given networks, and scores each family.
@@ -138,9 +147,13 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
         .map(|score| score.spin)
         .collect();
     let spin = judged.iter().sum::<f32>() / judged.len().max(1) as f32;
-    let mut limits = vec![("spin on validation worlds", spin, gate.spin)];
+    let mut limits = vec![("spin on validation worlds".to_owned(), spin, gate.spin)];
     if is_hybrid {
-        limits.push(("the low level's collision rate", low.collision, gate.low_collision));
+        limits.push(("the low level's collision rate".to_owned(), low.collision, gate.low_collision));
+    }
+    for score in families {
+        let most = if score.family.has_people() { gate.people_collision } else { gate.static_collision };
+        limits.push((format!("the collision rate in {}", score.family), score.collision, most));
     }
     for (what, value, most) in limits {
         if value.is_nan() || value > most {
@@ -157,9 +170,42 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::GateConfig;
 
     fn scored(family: Family, spin: f32) -> FamilyScore {
         FamilyScore { family, worlds: 1, success: 1.0, collision: 0.0, spin }
+    }
+
+    #[test]
+    fn a_policy_that_hits_people_in_two_worlds_of_three_is_refused_by_the_family() {
+        let config = Config::default();
+        let low = LowScore { attempts: 1, reach: 1.0, collision: 0.0 };
+        let good = [Family::Clutter, Family::UTrap, Family::Crowd].map(|family| scored(family, 0.0));
+        assert_eq!(missed(&config, &low, &good, true), Vec::<String>::new());
+        for (at, collision) in [(2, 0.67), (0, 0.2)] {
+            for is_hybrid in [true, false] {
+                let mut families = good.clone();
+                families[at].collision = collision;
+                let missed = missed(&config, &low, &families, is_hybrid);
+                assert_eq!(missed.len(), 1, "{missed:?}");
+                assert!(missed[0].contains(&families[at].family.to_string()), "{missed:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_world_both_chooses_and_judges() {
+        let config = Config {
+            gate: GateConfig { worlds: 3, choosing_worlds: 2, ..GateConfig::default() },
+            ..Config::default()
+        };
+        let names = |purpose| {
+            let places = validation_places(&config, purpose);
+            places.iter().map(|place| place.world.name.clone()).collect::<Vec<_>>()
+        };
+        let (choose, judge) = (names(Purpose::Choose), names(Purpose::Judge));
+        assert_eq!((choose.len() % 2, judge.len() % 3), (0, 0));
+        assert!(!choose.is_empty() && choose.iter().all(|name| !judge.contains(name)));
     }
 
     #[test]

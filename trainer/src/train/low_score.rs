@@ -62,8 +62,8 @@ impl std::fmt::Display for LowReport {
 /// A network that the executor cannot hold.
 pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Result<LowReport> {
     let mut network = pack(actor, Some(normaliser), 1)?;
-    let is_static = |family: &Family| !matches!(family, Family::Crowd | Family::Stream);
-    let mut families: Vec<_> = config.low.families.iter().copied().filter(is_static).collect();
+    let mut families: Vec<_> =
+        config.low.families.iter().copied().filter(|family| !family.has_people()).collect();
     if families.is_empty() {
         families.push(Family::Clutter);
     }

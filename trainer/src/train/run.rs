@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::gate::{self, GateReport};
+use super::gate::{self, GateReport, Purpose};
 use super::high_stage::HighStage;
 use super::low_score::{LowReport, score_low};
 use super::low_stage::LowStage;
@@ -225,27 +225,47 @@ impl Run {
         self.meta.seconds + self.begun.elapsed().as_secs_f64()
     }
 
-    /// Chooses the deviation margin, judges the run and writes its policy.
-    fn finish(self, low: LowResult, scorer: Option<Weights>, env_steps: u64, updates: u64) -> Result<End> {
-        eprintln!("  validation  driving {} unseen worlds a family", self.config.gate.worlds);
-        let places = gate::validation_places(&self.config);
-        let score = |task: &Task, scorer| {
-            gate::score_families(&self.config, task, (&low.actor, &low.normaliser), scorer, &places)
-        };
-        let flat = score(&self.config.task, None)?;
-        let (mut task, mut families) = (self.config.task, flat.clone());
-        if let Some(scorer) = &scorer {
-            let mut best = f32::NEG_INFINITY;
-            for &deviation_margin in &self.config.high.deviation_margins {
-                let mut candidate = self.config.task;
-                candidate.decision.deviation_margin = deviation_margin;
-                let scores = score(&candidate, Some(scorer))?;
-                if gate::merit(&scores) > best {
-                    best = gate::merit(&scores);
-                    (task, families) = (candidate, scores);
-                }
+    /// The task with the deviation margin that does best on the choosing worlds.
+    fn chosen_task(&self, low: &LowResult, scorer: &Weights) -> Result<Task> {
+        let margins = &self.config.high.deviation_margins;
+        let mut chosen = self.config.task;
+        if margins.is_empty() {
+            return Ok(chosen);
+        }
+        eprintln!(
+            "  validation  choosing among {} deviation margins in {} unseen worlds a family",
+            margins.len(),
+            self.config.gate.choosing_worlds
+        );
+        let places = gate::validation_places(&self.config, Purpose::Choose);
+        let mut best = f32::NEG_INFINITY;
+        for &deviation_margin in margins {
+            let mut task = self.config.task;
+            task.decision.deviation_margin = deviation_margin;
+            let networks = (&low.actor, &low.normaliser);
+            let merit =
+                gate::merit(&gate::score_families(&self.config, &task, networks, Some(scorer), &places)?);
+            if merit > best {
+                (best, chosen) = (merit, task);
             }
         }
+        Ok(chosen)
+    }
+
+    /// Chooses the deviation margin, judges the run and writes its policy.
+    fn finish(self, low: LowResult, scorer: Option<Weights>, env_steps: u64, updates: u64) -> Result<End> {
+        let task = match &scorer {
+            Some(scorer) => self.chosen_task(&low, scorer)?,
+            None => self.config.task,
+        };
+        eprintln!("  validation  driving {} other unseen worlds a family", self.config.gate.worlds);
+        let places = gate::validation_places(&self.config, Purpose::Judge);
+        let networks = (&low.actor, &low.normaliser);
+        let flat = gate::score_families(&self.config, &task, networks, None, &places)?;
+        let families = match &scorer {
+            Some(scorer) => gate::score_families(&self.config, &task, networks, Some(scorer), &places)?,
+            None => flat.clone(),
+        };
         let missed = gate::missed(&self.config, &low.score.all, &families, scorer.is_some());
         let policy = Policy {
             config_toml: self.config.to_toml(),
