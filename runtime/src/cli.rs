@@ -25,8 +25,8 @@ Examples:
   runtime run --realtime --core 1 --model models/  with real-time priority on a core of its own
   runtime check --model models/                    say everything that is verified
   runtime bench --model models/ --loop             latency and jitter under a two-core limit
-Exit status: 0 after --duration, when the simulator left, or on SIGTERM once the robot stands; 130 after Ctrl-C; 1 on an
-error, which is one sentence; 2 for a wrong command line."
+Exit status: 0 after --duration or when the simulator left; 1 on an error, which is one sentence; 2 when the command line
+makes no sense; 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM, once the robot stands."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]

@@ -3,4 +3,3 @@
 pub mod bench;
 pub mod bench_loop;
 pub mod run;
-pub mod terminal;

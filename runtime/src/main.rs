@@ -2,24 +2,21 @@
 
 mod cli;
 
+use anyhow::Result;
 use clap::Parser;
 use cli::{BenchArguments, Cli, Command, PeerArguments, RunArguments};
+use nav_host::exit::Exit;
+use nav_host::terminal::{note, say};
 use nav_model::alloc::CheckedAllocator;
 use nav_model::model::Model;
 use runtime::bench::{self, BenchOptions, NamedNetwork};
 use runtime::bench_loop::{self, LoopBenchError, load, peer};
 use runtime::run::plan::End;
-use runtime::run::stop::StopReason;
-use runtime::terminal::say;
-use std::process::ExitCode;
-
-/// Exit status after Ctrl-C.
-const INTERRUPTED: u8 = 130;
 
 #[global_allocator]
 static ALLOCATOR: CheckedAllocator = CheckedAllocator;
 
-fn main() -> ExitCode {
+fn main() -> Exit {
     let cli = Cli::parse();
     let result = match cli.command {
         None => run(cli.run),
@@ -29,54 +26,44 @@ fn main() -> ExitCode {
         Some(Command::LoopPeer(arguments)) => loop_peer(arguments),
         Some(Command::LoopHog { seconds }) => {
             load::hog(seconds);
-            Ok(ExitCode::SUCCESS)
+            Ok(Exit::Done)
         }
     };
-    result.unwrap_or_else(|error| {
-        eprintln!("runtime: {error:#}");
-        ExitCode::FAILURE
+    Exit::of("runtime", result)
+}
+
+fn run(arguments: RunArguments) -> Result<Exit> {
+    Ok(match runtime::run::run(&arguments.plan()?)? {
+        End::Stopped(signal) | End::StoppedWaiting(signal) => Exit::Stopped(signal),
+        End::Duration | End::PeerLeft => Exit::Done,
     })
 }
 
-fn run(arguments: RunArguments) -> anyhow::Result<ExitCode> {
-    let end = runtime::run::run(&arguments.plan()?)?;
-    Ok(match end {
-        End::Stopped(StopReason::Interrupt) | End::StoppedWaiting(StopReason::Interrupt) => {
-            ExitCode::from(INTERRUPTED)
-        }
-        _ => ExitCode::SUCCESS,
-    })
-}
-
-fn check(arguments: &cli::ModelArguments) -> anyhow::Result<ExitCode> {
+fn check(arguments: &cli::ModelArguments) -> Result<Exit> {
     for line in nav_model::check::check(&arguments.model)? {
         say(line);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }
 
-fn measure(arguments: BenchArguments) -> anyhow::Result<ExitCode> {
+fn measure(arguments: BenchArguments) -> Result<Exit> {
     if arguments.measure_loop {
         return match bench_loop::measure(&arguments.loop_plan()) {
-            Err(error @ LoopBenchError::Stopped(reason)) => {
-                eprintln!("runtime: {error}");
-                Ok(if reason == StopReason::Interrupt {
-                    ExitCode::from(INTERRUPTED)
-                } else {
-                    ExitCode::SUCCESS
-                })
+            Err(error @ LoopBenchError::Stopped(signal)) => {
+                note(format_args!("runtime: {error}"));
+                Ok(Exit::Stopped(signal))
             }
-            measured => Ok(measured.map(|_| ExitCode::SUCCESS)?),
+            measured => Ok(measured.map(|_| Exit::Done)?),
         };
     }
     let (td3, dqn) = Model::read(&arguments.model.model)?.into_networks();
     let mut networks = vec![NamedNetwork::new("td3", td3)];
     networks.extend(dqn.map(|dqn| NamedNetwork::new("dqn", dqn)));
     say(bench::networks(&mut networks, &BenchOptions::default())?);
-    Ok(ExitCode::SUCCESS)
+    Ok(Exit::Done)
 }
 
-fn loop_peer(arguments: PeerArguments) -> anyhow::Result<ExitCode> {
+fn loop_peer(arguments: PeerArguments) -> Result<Exit> {
     let lidar = Model::read(&arguments.model)?.manifest().task.lidar;
     let plan = peer::PeerPlan {
         ipc_root: arguments.ipc_root,
@@ -85,6 +72,6 @@ fn loop_peer(arguments: PeerArguments) -> anyhow::Result<ExitCode> {
         seconds: arguments.seconds,
         realtime: arguments.realtime,
     };
-    println!("{}", serde_json::to_string(&peer::publish(&plan, &lidar)?)?);
-    Ok(ExitCode::SUCCESS)
+    say(serde_json::to_string(&peer::publish(&plan, &lidar)?)?);
+    Ok(Exit::Done)
 }

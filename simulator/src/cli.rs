@@ -45,7 +45,8 @@ Examples:
   simulator --world maze --view terminal         one held-out maze in real time, shown in the terminal
   simulator --family u_trap --episodes 20 --pace lockstep --report out/u_trap.json
   simulator --map office/map.yaml --start 1,2,0 --goal 8.5,3
-Exit status: 0 when all episodes were driven, 1 on an error (no runtime, wrong map), 130 after Ctrl-C."
+Exit status: 0 when all episodes were driven, 1 on an error (no runtime, wrong map), 2 when the command line makes no
+sense, 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM."
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]

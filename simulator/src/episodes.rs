@@ -1,36 +1,40 @@
 //! Episodes in a row, from the first scan to the report.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use nav_env::episode_loop::{Onlooker, drive_episode};
 use nav_env::worlds::Place;
+use nav_host::exit::Exit;
+use nav_host::stop::{Second, Stop};
+use nav_host::terminal::say;
 use nav_sim::simulation::Simulation;
-use std::io::Write as _;
 
 use crate::cli::Pace;
 use crate::link::{Link, LinkError};
 use crate::picture::Picture;
 use crate::plan::Plan;
-use crate::report::{EpisodeReport, Report, RunEnd, Summary, Trajectory};
-use crate::signals::Interrupt;
+use crate::report::{EpisodeReport, Report, Summary, Trajectory};
 use crate::view::View;
 
-/// Drives all episodes of a plan. What was driven before an error or Ctrl-C is reported all the same.
-pub(crate) fn run(plan: &Plan) -> Result<RunEnd> {
-    let interrupt = Interrupt::install()?;
-    let mut link = Link::open(plan, interrupt)?;
+/// Drives all episodes of a plan. What was driven before an error or a signal is reported all the same.
+pub(crate) fn run(plan: &Plan) -> Result<Exit> {
+    let stop = Stop::listen(Second::EndsAtOnce).context("signals cannot be taken over")?;
+    let mut link = Link::open(plan, stop)?;
     let mut view = plan.show_map.then(View::default);
     let mut episodes = Vec::new();
-    say(&format!("simulator: robot `{}`, {} episodes, waiting for the runtime", plan.robot, plan.episodes));
+    say(format_args!(
+        "simulator: robot `{}`, {} episodes, waiting for the runtime",
+        plan.robot, plan.episodes
+    ));
     let driven = drive_all(plan, &mut link, &mut view, &mut episodes);
     let (ended, result) = match driven {
-        Ok(()) => ("complete".to_owned(), Ok(RunEnd::Complete)),
-        Err(error) if matches!(error.downcast_ref(), Some(LinkError::Interrupted)) => {
-            ("interrupted".to_owned(), Ok(RunEnd::Interrupted))
-        }
-        Err(error) => (format!("{error:#}"), Err(error)),
+        Ok(()) => ("complete".to_owned(), Ok(Exit::Done)),
+        Err(error) => match error.downcast_ref() {
+            Some(LinkError::Stopped(signal)) => (signal.to_string(), Ok(Exit::Stopped(*signal))),
+            _ => (format!("{error:#}"), Err(error)),
+        },
     };
     let summary = Summary::of(&episodes, plan.episodes, link.late_periods());
-    say(&summary.line());
+    say(summary.line());
     if let Some(path) = &plan.report {
         let report = Report {
             simulator_version: env!("CARGO_PKG_VERSION"),
@@ -47,11 +51,6 @@ pub(crate) fn run(plan: &Plan) -> Result<RunEnd> {
         }
     }
     result
-}
-
-/// Tells a person who may have closed the terminal; the episodes go on without them.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 fn drive_all(
@@ -140,7 +139,7 @@ fn drive(
         trajectory_hash,
         poses,
     };
-    say(&report.line());
+    say(report.line());
     if let (Some(mut picture), Some(folder)) = (picture, &plan.draw) {
         picture.step(simulation);
         picture.write(folder, &report)?;

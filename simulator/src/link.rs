@@ -4,6 +4,7 @@ use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, St
 use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands};
 use nav_env::messages::Messages;
+use nav_host::stop::{Signal, Stop};
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
 use nav_sim::simulation::Simulation;
@@ -12,7 +13,6 @@ use std::time::Duration;
 use crate::cli::Pace;
 use crate::driver::Driver;
 use crate::plan::Plan;
-use crate::signals::Interrupt;
 
 /// How long to wait at once, so that Ctrl-C is seen.
 const GLANCE: Duration = Duration::from_millis(100);
@@ -22,9 +22,9 @@ const REPEAT_NS: u64 = 300_000_000;
 /// Why driving ended early.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LinkError {
-    /// Ctrl-C.
-    #[error("interrupted")]
-    Interrupted,
+    /// Asked to end.
+    #[error("{0}")]
+    Stopped(Signal),
     /// Nobody ever answered.
     #[error(
         "no runtime answered on robot `{robot}` within {seconds:.0} s: start `runtime --model DIR --robot {robot}` \
@@ -60,7 +60,7 @@ pub(crate) struct Link {
     command_in: Reader<CmdVel>,
     status_in: Reader<Status>,
     wakeup: Wakeup,
-    interrupt: Interrupt,
+    stop: Stop,
     driver: Driver,
     seq: u64,
     last_stamp_ns: u64,
@@ -80,7 +80,7 @@ pub(crate) struct Link {
 
 impl Link {
     /// Opens the topics of the plan's robot.
-    pub(crate) fn open(plan: &Plan, interrupt: Interrupt) -> Result<Self, LinkError> {
+    pub(crate) fn open(plan: &Plan, stop: Stop) -> Result<Self, LinkError> {
         let node = RobotNode::open(&plan.robot, &plan.ipc)?;
         let as_ns = |duration: Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
         Ok(Self {
@@ -95,7 +95,7 @@ impl Link {
             command_in: node.reader()?,
             status_in: node.reader()?,
             wakeup: node.wakeup::<CmdVel>()?,
-            interrupt,
+            stop,
             driver: Driver::new(&plan.task),
             seq: 0,
             last_stamp_ns: 0,
@@ -247,8 +247,8 @@ impl Link {
     }
 
     fn check_patience(&self, now_ns: u64) -> Result<(), LinkError> {
-        if self.interrupt.requested() {
-            return Err(LinkError::Interrupted);
+        if let Some(signal) = self.stop.signal() {
+            return Err(LinkError::Stopped(signal));
         }
         let (since_ns, limit_ns) = match self.heard_ns {
             None => (self.opened_ns, self.wait_ns),
@@ -303,8 +303,8 @@ impl Commands for Link {
 
     fn exchange(&mut self, simulation: &mut Simulation, goal_id: u32) -> Result<Answer, LinkError> {
         // A runtime that always answers leaves no other moment to notice.
-        if self.interrupt.requested() {
-            return Err(LinkError::Interrupted);
+        if let Some(signal) = self.stop.signal() {
+            return Err(LinkError::Stopped(signal));
         }
         let command = match self.pace {
             Pace::Lockstep => self.exchange_in_lockstep(simulation, goal_id),

@@ -8,30 +8,18 @@ mod worlds;
 mod episodes;
 mod link;
 mod driver;
-mod signals;
 
 mod view;
 mod picture;
 mod report;
 
 use clap::Parser;
-use std::process::ExitCode;
+use nav_host::exit::Exit;
 
-fn main() -> ExitCode {
+fn main() -> Exit {
     let arguments = cli::Arguments::parse();
     if let Some(cli::Instead::Import(import)) = &arguments.instead {
-        return match import.run() {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => failed(&error),
-        };
+        return Exit::of("simulator", import.run().map(|()| Exit::Done));
     }
-    match plan::Plan::check(arguments).and_then(|plan| episodes::run(&plan)) {
-        Ok(end) => end.exit_code(),
-        Err(error) => failed(&error),
-    }
-}
-
-fn failed(error: &anyhow::Error) -> ExitCode {
-    eprintln!("simulator: {error:#}");
-    ExitCode::FAILURE
+    Exit::of("simulator", plan::Plan::check(arguments).and_then(|plan| episodes::run(&plan)))
 }

@@ -6,27 +6,6 @@ use nav_core::metrics::{EpisodeEnd, EpisodeMetrics};
 use nav_core::task::Task;
 use serde::Serialize;
 use std::path::Path;
-use std::process::ExitCode;
-
-/// How the run ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum RunEnd {
-    /// All episodes were driven.
-    Complete,
-    /// Ctrl-C.
-    Interrupted,
-}
-
-impl RunEnd {
-    /// 0, or 130 after Ctrl-C.
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        match self {
-            Self::Complete => ExitCode::SUCCESS,
-            Self::Interrupted => ExitCode::from(130),
-        }
-    }
-}
 
 /// An episode that ended.
 #[derive(Clone, Debug, Serialize)]
@@ -83,7 +62,7 @@ pub(crate) struct Report<'a> {
     pub(crate) robot: &'a str,
     /// `realtime` or `lockstep`.
     pub(crate) pace: &'static str,
-    /// `complete`, `interrupted`, or the error that ended it.
+    /// `complete`, the signal that ended it in words, or the error.
     pub(crate) ended: String,
     /// What the robot was.
     pub(crate) task: &'a Task,
@@ -193,9 +172,7 @@ impl Report<'_> {
     /// Writes the file whole or not at all.
     pub(crate) fn write(&self, path: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).context("the report cannot be put into JSON")?;
-        let partial = path.with_extension("partial");
-        std::fs::write(&partial, text + "\n")
-            .and_then(|()| std::fs::rename(&partial, path))
+        nav_host::files::replace(path, text + "\n")
             .with_context(|| format!("--report: {} cannot be written", path.display()))
     }
 }

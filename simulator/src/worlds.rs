@@ -31,7 +31,7 @@ impl WorldSource {
             let start = Pose::new(x_m, y_m, yaw_rad);
             let map = Map::load(map, &options)?;
             for warning in map.warnings() {
-                eprintln!("simulator: warning: {warning}");
+                note(format_args!("simulator: warning: {warning}"));
             }
             let world = map.into_world(start, Point::new(goal[0], goal[1]))?;
             return Ok(Self::Fixed(Arc::new(world)));

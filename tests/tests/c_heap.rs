@@ -53,7 +53,7 @@ fn nobody_calls_the_heap_while_the_robot_drives() {
     });
     let loaded = before;
     runtime.signal(libc::SIGTERM);
-    runtime.end().succeeded();
+    runtime.end().stopped_by(libc::SIGTERM);
     drop(simulator);
     let ticks = read_json(&report)["ticks"].as_u64().expect("ticks");
     assert!(ticks >= u64::from(PERIODS), "{ticks} ticks: it did not drive meanwhile");

@@ -5,6 +5,7 @@ mod support;
 
 use nav_core::guard::command_age_limit_ns;
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
+use nav_host::stop::Stop;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, RobotName, RobotNode};
 use runtime::run::drive::drive;
@@ -12,7 +13,6 @@ use runtime::run::live::Live;
 use runtime::run::plan::{DriveError, DrivePlan, End, Pace};
 use runtime::run::ports::Ports;
 use runtime::run::record::Record;
-use runtime::run::stop::Stop;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread::sleep;

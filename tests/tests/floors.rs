@@ -6,7 +6,7 @@
 //! floor 3  nav-rivals (classical policies)
 //! floor 2  nav-env (episodes, no torch)
 //! floor 1  nav-sim            nav-ipc (iceoryx2)        nav-model (tract-onnx)
-//! floor 0  nav-core           no_std, no alloc, no clock
+//! floor 0  nav-core (no_std, no alloc, no clock)             nav-host (signals, files, terminal)
 //! ```
 //! What a crate reaches is what `cargo tree` says of its normal dependencies; what its source names is
 //! looked for outside comments and test modules.
@@ -19,6 +19,7 @@ use std::process::Command;
 /// The floor of each crate. A new crate is added here, and thereby thought about.
 const FLOORS: [(&str, u8); 11] = [
     ("nav-core", 0),
+    ("nav-host", 0),
     ("nav-sim", 1),
     ("nav-ipc", 1),
     ("nav-model", 1),

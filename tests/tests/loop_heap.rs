@@ -3,6 +3,7 @@
 mod support;
 
 use nav_core::messages::{Goal, Header, LaserScan, Odometry};
+use nav_host::stop::Stop;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, RobotName, RobotNode};
 use nav_model::alloc::CheckedAllocator;
@@ -11,7 +12,6 @@ use runtime::run::live::Live;
 use runtime::run::plan::{DrivePlan, End, Pace};
 use runtime::run::ports::Ports;
 use runtime::run::record::Record;
-use runtime::run::stop::Stop;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;

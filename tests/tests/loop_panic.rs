@@ -3,6 +3,7 @@
 mod support;
 
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
+use nav_host::stop::Stop;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::{IpcConfig, RobotName};
 use runtime::run::drive::drive;
@@ -10,7 +11,6 @@ use runtime::run::live::Live;
 use runtime::run::plan::{DrivePlan, Pace};
 use runtime::run::ports::Ports;
 use runtime::run::record::Record;
-use runtime::run::stop::Stop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use support::Stage;
 use support::stub::Stub;

@@ -15,7 +15,9 @@ use crate::config::Profile;
     version,
     after_help = "The usual way:\n  trainer train        trains the hybrid (profile quick: a few minutes) into runs/\n  \
                   trainer export       writes the newest run as ONNX into models/\n  \
-                  trainer evaluate     drives models/ on worlds that training never saw"
+                  trainer evaluate     drives models/ on worlds that training never saw\n\
+                  Exit status: 0 when done, 1 on an error, 2 when the command line makes no sense, 129, 130 or 143 after \
+                  SIGHUP, Ctrl-C or SIGTERM."
 )]
 pub struct Cli {
     /// What to do.

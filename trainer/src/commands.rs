@@ -3,14 +3,14 @@
 use anyhow::{Context, Result, bail, ensure};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
+use nav_host::exit::Exit;
+use nav_host::stop::{Second, Stop};
+use nav_host::terminal::{note, say};
 use std::path::Path;
-use std::process::ExitCode;
 
 use crate::cli::{AlgorithmArg, ExportArgs, TrainArgs};
 use crate::config::{Config, Profile};
 use crate::export;
-
-use crate::stop::StopRequest;
 use crate::train::policy::Policy;
 use crate::train::run::{End, Run};
 use crate::train::run_folder::RunFolder;
@@ -20,12 +20,12 @@ use crate::train::run_folder::RunFolder;
 /// # Errors
 /// A configuration that makes no sense, a folder that cannot be used, a learner that diverged or collapsed, or a gate
 /// that was missed.
-pub fn train(args: &TrainArgs) -> Result<ExitCode> {
+pub fn train(args: &TrainArgs) -> Result<Exit> {
     if args.print_config {
-        print_out(&plan(args)?.to_toml());
-        return Ok(ExitCode::SUCCESS);
+        say(plan(args)?.to_toml().trim_end());
+        return Ok(Exit::Done);
     }
-    let stop = StopRequest::listen()?;
+    let stop = Stop::listen(Second::EndsAtOnce).context("signals cannot be taken over")?;
     crate::nn::init_torch();
     let folder = match &args.resume {
         Some(Some(path)) => RunFolder::open(path)?,
@@ -41,20 +41,20 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
     let _lock = folder.lock()?;
     let run = Run::open(folder.clone(), stop)?;
     let config = run.config();
-    eprintln!(
+    note(format_args!(
         "training {} (profile {}, seed {}) in {}{}; Ctrl-C saves and stops",
         format!("{:?}", config.algorithm).to_lowercase(),
         config.profile,
         config.seed,
         folder.path().display(),
         if run.resumed_step() > 0 { format!(", from step {}", run.resumed_step()) } else { String::new() }
-    );
+    ));
     match run.train()? {
-        End::Interrupted { code, is_saved } => {
+        End::Stopped { signal, is_saved } => {
             let what =
                 if is_saved { "stopped and saved" } else { "stopped; what came after the last save is lost" };
-            eprintln!("{what}; continue with: trainer train --resume {}", folder.path().display());
-            Ok(ExitCode::from(code))
+            note(format_args!("{what}; continue with: trainer train --resume {}", folder.path().display()));
+            Ok(Exit::Stopped(signal))
         }
         End::Failed(reason) => {
             folder.save_failure(&reason)?;
@@ -63,7 +63,7 @@ pub fn train(args: &TrainArgs) -> Result<ExitCode> {
         End::Finished(policy) => {
             tell(&policy, folder.path());
             ensure!(policy.gate.missed.is_empty(), missed(&policy));
-            Ok(ExitCode::SUCCESS)
+            Ok(Exit::Done)
         }
     }
 }
@@ -137,11 +137,6 @@ fn plan(args: &TrainArgs) -> Result<Config> {
     Ok(config)
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
-fn print_out(text: &str) {
-    print!("{text}");
-}
-
 /// What was reached, and what comes next.
 fn tell(policy: &Policy, folder: &Path) {
     use std::fmt::Write as _;
@@ -163,14 +158,14 @@ fn tell(policy: &Policy, folder: &Path) {
     if policy.gate.missed.is_empty() {
         let _ = writeln!(text, "\ngate passed; export it with: trainer export --run {}", folder.display());
     }
-    print_out(&text);
+    say(text.trim_end());
 }
 
 /// Exports.
 ///
 /// # Errors
 /// No finished run, a run that missed its gate, or networks on which the engines disagree.
-pub fn export(args: &ExportArgs) -> Result<ExitCode> {
+pub fn export(args: &ExportArgs) -> Result<Exit> {
     crate::nn::init_torch();
     let folder = match &args.run {
         Some(path) => RunFolder::open(path)?,
@@ -179,6 +174,6 @@ pub fn export(args: &ExportArgs) -> Result<ExitCode> {
     let policy = folder.policy()?;
     let written = export::export(&policy, &args.out)
         .with_context(|| format!("the run {} was not exported", folder.path().display()))?;
-    print_out(&written);
-    Ok(ExitCode::SUCCESS)
+    say(written.trim_end());
+    Ok(Exit::Done)
 }

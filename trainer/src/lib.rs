@@ -20,9 +20,6 @@ pub mod evaluate;
 pub mod export;
 pub mod onnx;
 
-pub mod atomic_file;
 pub mod checkpoint;
 pub mod commit;
 pub mod logs;
-pub mod sha256;
-pub mod stop;

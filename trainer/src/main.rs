@@ -1,19 +1,16 @@
 //! The `trainer` program.
 
 use clap::Parser;
-use std::process::ExitCode;
+use nav_host::exit::Exit;
 use trainer::cli::{Cli, Command};
 use trainer::commands;
 
-fn main() -> ExitCode {
+fn main() -> Exit {
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Train(args) => commands::train(args),
         Command::Export(args) => commands::export(args),
-        Command::Evaluate(args) => trainer::evaluate::evaluate(args).map(|()| ExitCode::SUCCESS),
+        Command::Evaluate(args) => trainer::evaluate::evaluate(args).map(|()| Exit::Done),
     };
-    result.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
-        ExitCode::FAILURE
-    })
+    Exit::of("error", result)
 }

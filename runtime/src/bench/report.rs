@@ -3,6 +3,7 @@
 use super::caches::Caches;
 use super::{Engine, Percentiles};
 use nav_core::network::CpuLevel;
+use nav_host::cpu::Cpu;
 use serde::Serialize;
 use std::fmt;
 
@@ -70,10 +71,8 @@ pub struct EngineFigures {
 
 impl Machine {
     pub(super) fn of_this_process(caches: &Caches) -> Self {
-        let cpu_info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let name = cpu_info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
         Self {
-            processor: name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.to_owned()),
+            processor: Cpu::of_this_machine().name,
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             level: CpuLevel::detect().to_string(),
             last_cache_bytes: caches.last_bytes(),

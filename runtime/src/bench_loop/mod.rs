@@ -18,11 +18,12 @@ use crate::run::ports::Ports;
 use crate::run::realtime::RealTime;
 use crate::run::record::Record;
 use crate::run::report::write_json;
-use crate::run::stop::{Stop, StopReason};
-use crate::terminal::say;
 use limit::Limit;
 use load::Hogs;
 use nav_core::controller::ShapeError;
+use nav_host::cpu::Cpu;
+use nav_host::stop::{Second, Signal, Stop};
+use nav_host::terminal::say;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
 use nav_model::model::{Model, ModelError};
 use peer::Peer;
@@ -76,7 +77,7 @@ pub enum LoopBenchError {
     },
     /// Asked by a signal.
     #[error("the measurement was interrupted")]
-    Stopped(StopReason),
+    Stopped(Signal),
     /// The peer's answer.
     #[error("the measuring peer answered nonsense ({0}): run the bench again")]
     Peer(String),
@@ -148,7 +149,7 @@ pub struct Phase {
 /// [`LoopBenchError`].
 pub fn measure(plan: &LoopBenchPlan) -> Result<LoopBench, LoopBenchError> {
     let load_average = load_average();
-    let stop = Stop::install().map_err(system("signals cannot be taken over"))?;
+    let stop = Stop::listen(Second::IsIgnored).map_err(system("signals cannot be taken over"))?;
     let limit = Limit::enter(plan.cores).map_err(system("the cores cannot be limited"))?;
     say(machine());
     say(format_args!("limit: {}", limit.words()));
@@ -218,11 +219,11 @@ fn measure_here(
     };
     let mut record = Record::new(period_ns);
     let end = drive(&mut controller, &mut ports, &drive_plan, stop, &Live::default(), &mut record)?;
-    if let End::Stopped(reason) | End::StoppedWaiting(reason) = end {
-        return Err(LoopBenchError::Stopped(reason));
+    if let End::Stopped(signal) | End::StoppedWaiting(signal) = end {
+        return Err(LoopBenchError::Stopped(signal));
     }
     // Ctrl-C reaches the peer too.
-    let answers = peer.finish().map_err(|error| stop.reason().map_or(error, LoopBenchError::Stopped))?;
+    let answers = peer.finish().map_err(|error| stop.signal().map_or(error, LoopBenchError::Stopped))?;
     Ok(Phase {
         loaded,
         hogs: if loaded { plan.cores } else { 0 },
@@ -266,14 +267,9 @@ impl Drop for Scratch {
 
 /// Processor, cores and kernel, for the record.
 fn machine() -> String {
-    let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
-    let cpuinfo = read("/proc/cpuinfo");
-    let model = cpuinfo
-        .lines()
-        .find_map(|line| line.strip_prefix("model name"))
-        .map_or("unknown processor", |rest| rest.trim_start_matches([' ', '\t', ':']));
-    let cores = cpuinfo.lines().filter(|line| line.starts_with("processor")).count();
-    format!("{model}, {cores} cores, Linux {}", read("/proc/sys/kernel/osrelease").trim())
+    let Cpu { name, cores } = Cpu::of_this_machine();
+    let kernel = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
+    format!("{name}, {cores} cores, Linux {}", kernel.trim())
 }
 
 fn load_average() -> f64 {

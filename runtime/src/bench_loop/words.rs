@@ -2,7 +2,7 @@
 
 use super::Phase;
 use crate::run::report::row;
-use crate::terminal::say;
+use nav_host::terminal::say;
 
 impl Phase {
     /// The priority that the loop had, whatever was asked for.

@@ -6,9 +6,9 @@ use super::plan::{DriveError, DrivePlan, End, Pace};
 use super::ports::Ports;
 use super::record::Record;
 use super::rest::Rest;
-use super::stop::Stop;
 use nav_core::messages::{Header, Status};
 use nav_core::tick::Tick;
+use nav_host::stop::Stop;
 use nav_ipc::clock::monotonic_ns;
 use nav_model::alloc::{self, Counts};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -119,8 +119,8 @@ impl<T: Tick> Loop<'_, T> {
                 follows_until_ns = now_ns + 2 * self.period_ns;
             }
             let waited_ns = now_ns - started_ns;
-            if let Some(reason) = self.stop.reason() {
-                return Ok(Some(End::StoppedWaiting(reason)));
+            if let Some(signal) = self.stop.signal() {
+                return Ok(Some(End::StoppedWaiting(signal)));
             }
             if self.plan.idle_exit.is_some_and(|limit| waited_ns > as_ns(limit)) {
                 return Err(DriveError::NoScan { seconds: waited_ns as f64 / 1e9 });
@@ -255,8 +255,8 @@ impl<T: Tick> Loop<'_, T> {
     }
 
     fn reason_to_end(&self, now_ns: u64) -> Result<Option<End>, DriveError> {
-        if let Some(reason) = self.stop.reason() {
-            return Ok(Some(End::Stopped(reason)));
+        if let Some(signal) = self.stop.signal() {
+            return Ok(Some(End::Stopped(signal)));
         }
         if now_ns >= self.ends_ns {
             return Ok(Some(End::Duration));

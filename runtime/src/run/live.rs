@@ -110,7 +110,7 @@ impl Printer {
                 let passed = last.elapsed();
                 if passed >= Duration::from_secs(1) {
                     last = Instant::now();
-                    crate::terminal::say(live.line(started.elapsed(), &mut last_ticks, passed));
+                    nav_host::terminal::say(live.line(started.elapsed(), &mut last_ticks, passed));
                 }
             }
         });

@@ -22,13 +22,14 @@ pub mod realtime;
 pub mod record;
 pub mod report;
 pub mod rest;
-pub mod stop;
 
-use crate::terminal::say;
 use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
 use nav_core::tick::Tick;
+use nav_host::files;
+use nav_host::stop::{Second, Stop};
+use nav_host::terminal::say;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
 use nav_model::model::{Model, ModelError};
 use plan::{DriveError, DrivePlan, End};
@@ -38,7 +39,6 @@ use record::Record;
 use report::Report;
 use std::path::PathBuf;
 use std::sync::Arc;
-use stop::Stop;
 
 /// What will run, checked.
 #[derive(Clone, Debug)]
@@ -95,13 +95,13 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     let model = Model::read(&plan.model)?;
     if let Some(path) = &plan.report {
         // Known now and not after the drive.
-        report::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
+        files::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
     }
     say(nav_model::check::headline(&model));
     let mut controller = model.into_controller()?;
     let mut ports = Ports::open(&plan.robot, &plan.ipc)?;
     say(format_args!("topics of robot `{}` are open, waiting for scans", plan.robot));
-    let stop = Stop::install().map_err(RunError::Signals)?;
+    let stop = Stop::listen(Second::IsIgnored).map_err(RunError::Signals)?;
     let live = Arc::new(Live::default());
     let printer = plan.show_live.then(|| live::Printer::start(live.clone()));
     for word in plan.realtime.enter().words {

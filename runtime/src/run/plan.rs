@@ -1,6 +1,6 @@
 //! The words of the loop: how it behaves and why it ends.
 
-use super::stop::StopReason;
+use nav_host::stop::Signal;
 use nav_ipc::IpcError;
 use std::time::Duration;
 
@@ -39,21 +39,19 @@ pub enum End {
     /// Whoever wrote the scans has left.
     PeerLeft,
     /// Asked by a signal while driving; the robot was commanded to a stop.
-    Stopped(StopReason),
+    Stopped(Signal),
     /// Asked by a signal before the first scan; nothing was commanded.
-    StoppedWaiting(StopReason),
+    StoppedWaiting(Signal),
 }
 
 impl std::fmt::Display for End {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Duration => "the asked duration is over",
-            Self::PeerLeft => "whoever published the scans has left",
-            Self::Stopped(StopReason::Interrupt) => "interrupted; the robot was commanded to a stop",
-            Self::Stopped(StopReason::Terminate) => "asked to terminate; the robot was commanded to a stop",
-            Self::StoppedWaiting(StopReason::Interrupt) => "interrupted before the first scan",
-            Self::StoppedWaiting(StopReason::Terminate) => "asked to terminate before the first scan",
-        })
+        match self {
+            Self::Duration => f.write_str("the asked duration is over"),
+            Self::PeerLeft => f.write_str("whoever published the scans has left"),
+            Self::Stopped(signal) => write!(f, "{signal}; the robot was commanded to a stop"),
+            Self::StoppedWaiting(signal) => write!(f, "{signal} before the first scan"),
+        }
     }
 }
 

@@ -139,22 +139,6 @@ impl Report {
     }
 }
 
-/// Whether a report can be written there later; leaves nothing behind.
-///
-/// # Errors
-/// The folder cannot be made or written.
-pub fn check_writable(path: &Path) -> std::io::Result<()> {
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder)?;
-    }
-    if path.is_dir() {
-        return Err(std::io::ErrorKind::IsADirectory.into());
-    }
-    let partial = path.with_extension("partial");
-    std::fs::write(&partial, "")?;
-    std::fs::remove_file(&partial)
-}
-
 /// Writes a JSON file whole or not at all.
 ///
 /// # Errors
@@ -163,10 +147,7 @@ pub fn write_json(path: &Path, content: &impl Serialize) -> std::io::Result<()> 
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder)?;
     }
-    let text = serde_json::to_string_pretty(content)?;
-    let partial = path.with_extension("partial");
-    std::fs::write(&partial, text + "\n")?;
-    std::fs::rename(&partial, path)
+    nav_host::files::replace(path, serde_json::to_string_pretty(content)? + "\n")
 }
 
 impl std::fmt::Display for Report {

@@ -186,11 +186,10 @@ pub fn scorer_contract() -> NetworkContract {
 fn read_hashed(folder: &Path, entry: &FileEntry, limit_bytes: u64) -> Result<FileBytes, ModelError> {
     let path = folder.join(entry.file.as_str());
     let file = read_file(&path, limit_bytes)?;
-    let found = file.sha256_hex();
-    if found == entry.sha256.as_str() {
+    if file.sha256 == entry.sha256.as_str() {
         return Ok(file);
     }
-    Err(ModelError::Hash { path, expected: entry.sha256.as_str().to_owned(), found })
+    Err(ModelError::Hash { path, expected: entry.sha256.as_str().to_owned(), found: file.sha256 })
 }
 
 fn read_network(

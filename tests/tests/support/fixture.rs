@@ -40,7 +40,7 @@ pub fn manifest(folder: &Path) -> Manifest {
         file: text(file),
         sha256: read_file(&folder.join(file), 1 << 24)
             .expect("readable")
-            .sha256_hex()
+            .sha256
             .as_str()
             .try_into()
             .expect("64 digits"),

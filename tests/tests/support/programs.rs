@@ -126,6 +126,19 @@ impl Ended {
         self
     }
 
+    /// The program ended because of a signal, in good order: nav_host::exit says with which code.
+    pub fn stopped_by(self, signal: i32) -> Self {
+        assert_eq!(
+            self.status.code(),
+            Some(128 + signal),
+            "{}: {}\n{}",
+            self.status,
+            self.stderr,
+            self.stdout
+        );
+        self
+    }
+
     /// The program refused with exit code 1 and one clear sentence that contains each of these parts.
     pub fn refused(&self, parts: &[&str]) {
         assert_eq!(self.status.code(), Some(1), "{}: {}\n{}", self.status, self.stderr, self.stdout);

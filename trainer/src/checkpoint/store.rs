@@ -1,11 +1,11 @@
 //! A folder of checkpoints.
 
+use nav_host::files::write_atomically;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::format::{Checkpoint, Contents, LoadError};
-use crate::atomic_file::write_atomically;
 
 /// How many of the newest are kept.
 const KEPT: usize = 3;

@@ -11,6 +11,7 @@ use nav_core::task::Task;
 use nav_env::batch::{BatchOptions, drive_all};
 use nav_env::robot::Driven;
 use nav_env::worlds::{Place, generate_places};
+use nav_host::terminal::say;
 use nav_model::model::Model;
 use nav_rivals::planner::{KnownMapPlanner, Search};
 use nav_rivals::reactive::Reactive;
@@ -72,7 +73,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
     let (rows, traces) = drive_policies(args, &task, &disturbance, &places)?;
     let summaries = report::summarise(&rows);
     let table = report::table(&summaries);
-    print_out(&table);
+    say(table.trim_end());
     let report = Report {
         command: std::env::args().collect::<Vec<_>>().join(" "),
         commit: crate::commit::commit(),
@@ -91,10 +92,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<()> {
     report::write(&args.out.join("episodes.csv"), &report::csv(&rows))?;
     report::write(&args.out.join("summary.json"), &serde_json::to_string_pretty(&report)?)?;
     draw(args, &traces)?;
-    print_out(&format!(
-        "\ntable.txt, episodes.csv, summary.json and pictures are in {}\n",
-        args.out.display()
-    ));
+    say(format_args!("\ntable.txt, episodes.csv, summary.json and pictures are in {}", args.out.display()));
     Ok(())
 }
 
@@ -131,11 +129,6 @@ fn refuse_twice<T: PartialEq>(flag: &str, entries: &[T]) -> Result<()> {
 
 fn same_world(a: &Task, b: &Task) -> bool {
     Task { decision: b.decision, ..*a } == *b
-}
-
-#[expect(clippy::print_stdout, reason = "the result of the command")]
-fn print_out(text: &str) {
-    print!("{text}");
 }
 
 fn drive_policies(

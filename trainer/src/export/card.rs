@@ -1,10 +1,10 @@
 //! The model card: what a model is, for people.
 
 use anyhow::Result;
+use nav_host::sha256::sha256_hex;
 use std::fmt::Write as _;
 
 use crate::config::Config;
-use crate::sha256::sha256;
 use crate::train::policy::Policy;
 
 /// The card as Markdown.
@@ -38,7 +38,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
         config.profile,
         if is_hybrid { "hybrid" } else { "td3" },
         config.seed,
-        &sha256(policy.config_toml.as_bytes())[..12],
+        &sha256_hex(policy.config_toml.as_bytes())[..12],
         if is_plain(&config) { ", the profile's own" } else { ", with changes" },
         policy.commit,
         policy.env_steps,

@@ -5,9 +5,9 @@ use heapless::{String, Vec};
 use nav_core::manifest::{Algorithm, EvaluationRow, FileEntry, MANIFEST_FORMAT, Manifest};
 use nav_core::observation::LAYOUT;
 use nav_core::task::ACTION_COUNT;
+use nav_host::sha256::sha256_hex;
 
 use super::{DQN, GOLDEN, TD3};
-use crate::sha256::sha256;
 use crate::train::policy::Policy;
 
 /// The manifest of a policy whose files have these SHA-256.
@@ -39,7 +39,7 @@ pub(super) fn manifest(policy: &Policy, td3: &str, dqn: Option<&str>, golden: &s
         trainer_commit: text(&policy.commit)?,
         seed: config.seed,
         profile: text(&config.profile.to_string())?,
-        config_sha256: text(&sha256(policy.config_toml.as_bytes()))?,
+        config_sha256: text(&sha256_hex(policy.config_toml.as_bytes()))?,
         observation_layout: text(LAYOUT)?,
         observation_lengths: Manifest::LENGTHS,
         action_count: ACTION_COUNT,

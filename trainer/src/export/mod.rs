@@ -13,14 +13,14 @@ mod golden;
 mod manifest;
 
 use anyhow::{Context, Result, bail};
+use nav_host::files::write_atomically;
+use nav_host::sha256::sha256_hex;
 use nav_model::model::{Golden, GoldenPair, Model, actor_contract, scorer_contract};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use crate::atomic_file::write_atomically;
 use crate::onnx::{Case, Normalisation, Verified, verify, write_mlp};
-use crate::sha256::sha256;
 use crate::train::policy::Policy;
 use golden::{golden_pairs, input_of};
 
@@ -114,6 +114,7 @@ fn write_folder(
     }
     write(GOLDEN, &golden)?;
     write(CARD, card::card(policy)?.as_bytes())?;
-    let manifest = manifest::manifest(policy, &sha256(td3), dqn.map(sha256).as_deref(), &sha256(&golden))?;
+    let manifest =
+        manifest::manifest(policy, &sha256_hex(td3), dqn.map(sha256_hex).as_deref(), &sha256_hex(&golden))?;
     write(nav_core::manifest::MANIFEST_FILE, &serde_json::to_vec_pretty(&manifest)?)
 }

@@ -1,11 +1,11 @@
 //! Scalars as a table: one row a step, one column a name, empty where a row has no such scalar.
 
+use nav_host::files::write_atomically;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::RecordFile;
-use crate::atomic_file::write_atomically;
 
 /// Name of the first column.
 const STEP: &str = "step";

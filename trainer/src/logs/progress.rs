@@ -89,7 +89,7 @@ impl Progress {
     pub fn note(&self, line: &str) {
         match &self.bar {
             Some(bar) => bar.println(line),
-            None => eprintln!("{line}"),
+            None => nav_host::terminal::note(line),
         }
     }
 
@@ -103,7 +103,7 @@ impl Progress {
 
     fn print(&self, now: Instant) {
         let percent = 100 * self.last.1.position / self.total.max(1);
-        eprintln!("{:>12} {percent:>3} %  {}", self.stage, self.text(now));
+        nav_host::terminal::note(format_args!("{:>12} {percent:>3} %  {}", self.stage, self.text(now)));
     }
 
     /// Everything after the percentage.

@@ -6,6 +6,8 @@ use anyhow::{Context, Result, bail};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
 use nav_env::worlds::{Place, generate_places};
+use nav_host::stop::{Signal, Stop};
+use nav_host::terminal::note;
 use nav_sim::families::Split;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -21,16 +23,15 @@ use crate::acting::{Normaliser, pack};
 use crate::checkpoint::{Checkpoint, CheckpointStore};
 use crate::config::Config;
 use crate::logs::ScalarLog;
-use crate::stop::StopRequest;
 
 /// How a call to [`Run::train`] ended.
 pub enum End {
     /// The run has finished, and this is its policy.
     Finished(Box<Policy>),
     /// Somebody asked to stop.
-    Interrupted {
-        /// The program's exit code.
-        code: u8,
+    Stopped {
+        /// How.
+        signal: Signal,
         /// Whether the state was saved; not within the warm-up, nor on a full disk.
         is_saved: bool,
     },
@@ -78,7 +79,7 @@ pub struct Run {
     config: Config,
     store: CheckpointStore,
     log: ScalarLog,
-    stop: StopRequest,
+    stop: Stop,
     meta: Meta,
     checkpoint: Option<Checkpoint>,
     begun: Instant,
@@ -91,7 +92,7 @@ impl Run {
     ///
     /// # Errors
     /// Checkpoints of another configuration, or files that cannot be made.
-    pub fn open(folder: RunFolder, stop: StopRequest) -> Result<Self> {
+    pub fn open(folder: RunFolder, stop: Stop) -> Result<Self> {
         let (config, config_sha256) = folder.config()?;
         let store =
             CheckpointStore::open(&folder.checkpoints()).context("cannot make the checkpoint folder")?;
@@ -105,7 +106,7 @@ impl Run {
                     folder.checkpoints().display()
                 )));
             }
-            eprintln!("warning: {error:#}");
+            note(format_args!("warning: {error:#}"));
         }
         let fresh = Meta {
             commit: crate::commit::commit(),
@@ -128,11 +129,11 @@ impl Run {
             );
         }
         if meta.commit != crate::commit::commit() {
-            eprintln!(
+            note(format_args!(
                 "warning: the run began at commit {}, this is {}: it may not go on exactly as it would have",
                 meta.commit,
                 crate::commit::commit()
-            );
+            ));
         }
         let step = newest.checkpoint.as_ref().map_or(0, Checkpoint::step);
         let log = ScalarLog::open(folder.path(), step)
@@ -211,7 +212,7 @@ impl Run {
         }
         let normaliser = stage.normaliser().cloned().context("the low level never left its warm-up")?;
         let score = score_low(&self.config, stage.learner().actor(), &normaliser)?;
-        eprintln!("   low level: {score}");
+        note(format_args!("   low level: {score}"));
         Ok(Ok(LowResult {
             actor: Weights::of(stage.learner().actor()),
             normaliser,
@@ -232,11 +233,11 @@ impl Run {
         if margins.is_empty() {
             return Ok(chosen);
         }
-        eprintln!(
+        note(format_args!(
             "  validation  choosing among {} deviation margins in {} unseen worlds a family",
             margins.len(),
             self.config.gate.choosing_worlds
-        );
+        ));
         let places = gate::validation_places(&self.config, Purpose::Choose);
         let mut best = f32::NEG_INFINITY;
         for &deviation_margin in margins {
@@ -258,7 +259,7 @@ impl Run {
             Some(scorer) => self.chosen_task(&low, scorer)?,
             None => self.config.task,
         };
-        eprintln!("  validation  driving {} other unseen worlds a family", self.config.gate.worlds);
+        note(format_args!("  validation  driving {} other unseen worlds a family", self.config.gate.worlds));
         let places = gate::validation_places(&self.config, Purpose::Judge);
         let networks = (&low.actor, &low.normaliser);
         let flat = gate::score_families(&self.config, &task, networks, None, &places)?;

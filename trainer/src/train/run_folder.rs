@@ -11,16 +11,16 @@
 //! | `failed.txt` | why the run was stopped for good, if it was |
 
 use anyhow::{Context, Result, bail};
+use nav_host::files::write_atomically;
+use nav_host::sha256::sha256_hex;
 use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::policy::Policy;
-use crate::atomic_file::write_atomically;
 use crate::checkpoint::{Checkpoint, Contents};
 use crate::config::{Config, Profile};
-use crate::sha256::sha256;
 
 /// Where runs are kept unless `--out` says otherwise.
 pub const RUNS_FOLDER: &str = "runs";
@@ -178,7 +178,7 @@ impl RunFolder {
             std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
         let config =
             Config::parse_unchecked(&text, Profile::Quick).with_context(|| path.display().to_string())?;
-        Ok((config, sha256(text.as_bytes())))
+        Ok((config, sha256_hex(text.as_bytes())))
     }
 
     /// The policy whose low level this run uses, if it trains none.

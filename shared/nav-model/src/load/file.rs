@@ -1,6 +1,6 @@
 //! Reading a file that may be hostile: once, bounded, without following links.
 
-use sha2::{Digest, Sha256};
+use nav_host::sha256::sha256_hex;
 use std::fs::OpenOptions;
 use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
@@ -11,15 +11,8 @@ use std::path::{Path, PathBuf};
 pub struct FileBytes {
     /// The content.
     pub bytes: Vec<u8>,
-    /// SHA-256 of `bytes`.
-    pub sha256: [u8; 32],
-}
-
-impl FileBytes {
-    /// The hash as 64 lower-case hexadecimal digits, as manifests write it.
-    pub fn sha256_hex(&self) -> String {
-        self.sha256.iter().map(|byte| format!("{byte:02x}")).collect()
-    }
+    /// SHA-256 of `bytes`, as manifests write it.
+    pub sha256: String,
 }
 
 /// Why a file was not read.
@@ -86,7 +79,7 @@ pub fn read_file(path: &Path, limit_bytes: u64) -> Result<FileBytes, FileError> 
     if bytes.len() as u64 > limit_bytes {
         return Err(too_large());
     }
-    let sha256 = Sha256::digest(&bytes).into();
+    let sha256 = sha256_hex(&bytes);
     Ok(FileBytes { bytes, sha256 })
 }
 
@@ -101,11 +94,7 @@ mod tests {
         std::fs::write(&path, b"abc").unwrap();
         let file = read_file(&path, 3).unwrap();
         assert_eq!(file.bytes, b"abc");
-        assert_eq!(
-            file.sha256_hex(),
-            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
-            "the hash of the standard's example"
-        );
+        assert_eq!(file.sha256, sha256_hex(b"abc"));
         assert!(matches!(read_file(&path, 2), Err(FileError::TooLarge { limit_bytes: 2, .. })));
     }
 

@@ -2,6 +2,7 @@
 //! from a divergence.
 
 use anyhow::{Context, Result};
+use nav_host::terminal::note;
 use std::time::{Duration, Instant};
 
 use super::{End, Meta, Run};
@@ -31,7 +32,7 @@ impl Run {
             // What the stage before has learned is kept from now on.
             None if stage.can_save() => {
                 if let Err(error) = self.save(stage, first) {
-                    eprintln!("warning: {error:#}; training goes on");
+                    note(format_args!("warning: {error:#}; training goes on"));
                 }
             }
             None => {}
@@ -53,7 +54,7 @@ impl Run {
                     progress.note(&format!("warning: scalars were not written ({error}); training goes on"));
                 }
             }
-            let stopping = self.stop.exit_code();
+            let stopping = self.stop.signal();
             let due = stopping.is_some() || self.saved.elapsed() > CHECKPOINT_PERIOD;
             let mut is_saved = false;
             if stage.can_save() && due {
@@ -66,9 +67,9 @@ impl Run {
                 progress.finish();
                 return Ok(Some(End::Failed(reason)));
             }
-            if let Some(code) = stopping {
+            if let Some(signal) = stopping {
                 progress.finish();
-                return Ok(Some(End::Interrupted { code, is_saved }));
+                return Ok(Some(End::Stopped { signal, is_saved }));
             }
         }
         progress.finish();
@@ -93,10 +94,10 @@ impl Run {
             !self.meta.rolled_back && meta.is_ok_and(|meta| meta.low.is_some() == self.meta.low.is_some())
         });
         let Some(mut checkpoint) = usable else { return Ok(Some(End::Failed(format!("{error:#}")))) };
-        eprintln!(
+        note(format_args!(
             "warning: {error:#}; going back to {} with learning rates times {ROLL_BACK_FACTOR}",
             checkpoint.path().display()
-        );
+        ));
         stage.restore_from(&mut checkpoint)?;
         stage.slow_down(ROLL_BACK_FACTOR);
         self.meta.rolled_back = true;

@@ -23,6 +23,30 @@ pub fn write_atomically(
     sync_folder(path)
 }
 
+/// Writes a file of these bytes, whole or not at all; see [`write_atomically`].
+///
+/// # Errors
+/// Whatever the file system says.
+pub fn replace(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
+    write_atomically(path, |file| file.write_all(bytes.as_ref()))
+}
+
+/// Whether `path` can be written later; makes its folder, and leaves nothing else behind.
+///
+/// # Errors
+/// The folder cannot be made or written, or `path` is one itself.
+pub fn check_writable(path: &Path) -> io::Result<()> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        fs::create_dir_all(folder)?;
+    }
+    if path.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    let temporary = temporary_path(path)?;
+    File::create(&temporary)?;
+    fs::remove_file(&temporary)
+}
+
 /// Where `path` is written before it is renamed.
 fn temporary_path(path: &Path) -> io::Result<PathBuf> {
     let Some(name) = path.file_name() else {
@@ -52,7 +76,7 @@ mod tests {
     fn a_failed_write_leaves_the_previous_file_and_no_rubbish() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("policy.onnx");
-        write_atomically(&path, |file| file.write_all(b"first")).expect("the first write");
+        replace(&path, b"first").expect("the first write");
         let full = |file: &mut BufWriter<File>| {
             file.write_all(b"half")?;
             Err(io::Error::from(io::ErrorKind::StorageFull))
@@ -61,7 +85,21 @@ mod tests {
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);
         assert_eq!(fs::read(&path).expect("the file is there"), b"first");
         assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
-        write_atomically(&path, |file| file.write_all(b"second")).expect("the second write");
+        replace(&path, b"second").expect("the second write");
         assert_eq!(fs::read(&path).expect("the file is there"), b"second");
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_known_before() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("reports").join("a.json");
+        check_writable(&path).expect("its folder is made");
+        assert_eq!(fs::read_dir(folder.path().join("reports")).expect("there now").count(), 0);
+        let error = check_writable(folder.path()).expect_err("a folder is no file");
+        assert_eq!(error.kind(), io::ErrorKind::IsADirectory);
+        replace(&path, b"{}").expect("written");
+        assert!(check_writable(&path.join("below.json")).is_err(), "a file is no folder");
+        check_writable(&path).expect("it may be replaced");
+        assert_eq!(fs::read(&path).expect("the file is there"), b"{}", "and is not yet");
     }
 }
