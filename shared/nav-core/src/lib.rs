@@ -5,7 +5,7 @@
 //! all call this crate, so there is one observation, one reward, one set of metrics and one way of acting.
 //!
 //! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for), then
-//! [`scan`] → [`local_map`] → [`geodesic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
+//! [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
 //! (when it decides), [`network`] (how it is evaluated), [`guard`] (what may leave), [`tick`] and [`controller`]
 //! (all of it: the tick); [`reward`] and [`metrics`] judge the result, [`manifest`] says what a model is.
 #![no_std]
@@ -17,7 +17,7 @@ pub mod topics;
 pub mod twist;
 
 mod closing;
-pub mod geodesic;
+pub mod optimistic;
 pub mod local_map;
 pub mod navigator;
 pub mod observation;

@@ -11,7 +11,6 @@ pub use self::decision::{ActiveDecision, DecisionReason};
 
 use self::standing::Standing;
 use crate::closing::ClosingSpeeds;
-use crate::geodesic::Geodesic;
 use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local_map::LocalMap;
 use crate::messages::{Goal, LaserScan, Odometry};
@@ -19,6 +18,7 @@ use crate::observation::{
     CHANGE_STEPS, Compression, HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION, Motion, Sent, Target,
     encode_low,
 };
+use crate::optimistic::OptimisticGeodesic;
 use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
 use crate::subgoal::Candidates;
 use crate::task::{ACTION_GOAL, DIRECTION_COUNT, Memory, Task};
@@ -41,7 +41,7 @@ pub struct Navigator {
     compression: Compression,
     scan: ScanView,
     map: LocalMap,
-    geodesic: Geodesic,
+    geodesic: OptimisticGeodesic,
     pose: Pose,
     velocity: Twist,
     goal: Point,
@@ -77,7 +77,7 @@ impl Navigator {
             geometry,
             scan,
             map: LocalMap::new(Point::origin()),
-            geodesic: Geodesic::default(),
+            geodesic: OptimisticGeodesic::default(),
             pose: Pose::default(),
             velocity: Twist::ZERO,
             goal: Point::origin(),

@@ -20,7 +20,7 @@ const UNREACHED: u16 = u16::MAX;
 
 /// Cost to the goal of every cell of the window.
 #[derive(Clone, Debug)]
-pub struct Geodesic {
+pub struct OptimisticGeodesic {
     origin: Cell,
     cost: [u16; CELLS],
     /// 0 blocked, else the factor of entering the cell.
@@ -30,7 +30,7 @@ pub struct Geodesic {
     heads: [u16; BUCKETS],
 }
 
-impl Default for Geodesic {
+impl Default for OptimisticGeodesic {
     fn default() -> Self {
         Self {
             origin: Cell { ix: 0, iy: 0 },
@@ -43,7 +43,7 @@ impl Default for Geodesic {
     }
 }
 
-impl Geodesic {
+impl OptimisticGeodesic {
     /// Works out the cost of every cell for a goal in the `odom` frame. A goal outside the window is reached
     /// in a straight line from the window's edge.
     pub fn update(&mut self, map: &LocalMap, goal: Point) {
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn open_floor_is_nearly_straight() {
         let map = LocalMap::new(Point::origin());
-        let mut geodesic = Geodesic::default();
+        let mut geodesic = OptimisticGeodesic::default();
         geodesic.update(&map, Point::new(5.0, 3.0));
         let distance = geodesic.distance_m(Point::origin()).expect("free");
         let straight = libm::sqrtf(34.0);
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_wall_costs_the_way_round() {
-        let mut geodesic = Geodesic::default();
+        let mut geodesic = OptimisticGeodesic::default();
         geodesic.update(&walled(), Point::new(4.0, 0.0));
         let distance = geodesic.distance_m(Point::origin()).expect("a way round");
         assert!(distance > 5.2, "{distance}: through the wall it would be 4");
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn a_goal_outside_the_window_pulls_the_right_way() {
         let map = LocalMap::new(Point::origin());
-        let mut geodesic = Geodesic::default();
+        let mut geodesic = OptimisticGeodesic::default();
         geodesic.update(&map, Point::new(30.0, 0.0));
         let here = geodesic.distance_m(Point::origin()).expect("free");
         let ahead = geodesic.distance_m(Point::new(2.0, 0.0)).expect("free");
