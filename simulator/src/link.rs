@@ -1,5 +1,6 @@
 //! The simulated robot's side of the topics, and the two ways in which time passes.
 
+use nav_core::driver_guard::DriverGuard;
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, Status, fault};
 use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands};
@@ -11,7 +12,6 @@ use nav_sim::simulation::Simulation;
 use std::time::Duration;
 
 use crate::cli::Pace;
-use crate::driver::Driver;
 use crate::plan::Plan;
 
 /// How long to wait at once, so that Ctrl-C is seen.
@@ -61,7 +61,7 @@ pub(crate) struct Link {
     status_in: Reader<Status>,
     wakeup: Wakeup,
     stop: Stop,
-    driver: Driver,
+    driver: DriverGuard,
     seq: u64,
     last_stamp_ns: u64,
     /// First scan of this episode: commands that answer older ones belong to the last episode.
@@ -96,7 +96,7 @@ impl Link {
             status_in: node.reader()?,
             wakeup: node.wakeup::<CmdVel>()?,
             stop,
-            driver: Driver::new(&plan.task),
+            driver: DriverGuard::new(&plan.task),
             seq: 0,
             last_stamp_ns: 0,
             episode_seq: 1,
@@ -278,7 +278,7 @@ impl Link {
     }
 
     /// The guard on the driver's side.
-    pub(crate) fn driver(&self) -> &Driver {
+    pub(crate) fn driver(&self) -> &DriverGuard {
         &self.driver
     }
 

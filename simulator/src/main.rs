@@ -7,7 +7,6 @@ mod worlds;
 
 mod episodes;
 mod link;
-mod driver;
 
 mod view;
 mod picture;

@@ -26,6 +26,7 @@ pub mod subgoal;
 
 pub mod controller;
 pub mod guard;
+pub mod driver_guard;
 pub mod network;
 pub mod tick;
 

@@ -4,16 +4,16 @@
 //! |---|---|
 //! | fresh and finite | the command, within the limits of speed and acceleration |
 //! | not finite | a ramp to zero |
-//! | none for [`Driver::stale_after_ns`] | a ramp to zero, until commands come again |
+//! | none for [`DriverGuard::stale_after_ns`] | a ramp to zero, until commands come again |
 
-use nav_core::guard::command_age_limit_ns;
-use nav_core::messages::CmdVel;
-use nav_core::task::Task;
-use nav_core::twist::Twist;
+use crate::guard::command_age_limit_ns;
+use crate::messages::CmdVel;
+use crate::task::Task;
+use crate::twist::Twist;
 
-/// See the module.
+/// Between the newest command and the base: asked once a control period, by every driver.
 #[derive(Clone, Debug)]
-pub(crate) struct Driver {
+pub struct DriverGuard {
     task: Task,
     stale_after_ns: u64,
     command: CmdVel,
@@ -22,9 +22,9 @@ pub(crate) struct Driver {
     stale_steps: u64,
 }
 
-impl Driver {
+impl DriverGuard {
     /// At rest, without a command.
-    pub(crate) fn new(task: &Task) -> Self {
+    pub fn new(task: &Task) -> Self {
         let stale_after_ns = command_age_limit_ns(task.control_period_ns());
         Self {
             task: *task,
@@ -37,12 +37,12 @@ impl Driver {
     }
 
     /// The age at which a command stops counting, ns.
-    pub(crate) fn stale_after_ns(&self) -> u64 {
+    pub fn stale_after_ns(&self) -> u64 {
         self.stale_after_ns
     }
 
     /// Takes a command that arrived at `now_ns`; true when it is newer than the last one.
-    pub(crate) fn accept(&mut self, command: &CmdVel, now_ns: u64) -> bool {
+    pub fn accept(&mut self, command: &CmdVel, now_ns: u64) -> bool {
         let newer = command.header != self.command.header;
         if newer {
             self.command = *command;
@@ -52,7 +52,7 @@ impl Driver {
     }
 
     /// What the base gets for the next period, at `now_ns` on the clock that [`Self::accept`] was told.
-    pub(crate) fn target(&mut self, now_ns: u64) -> Twist {
+    pub fn target(&mut self, now_ns: u64) -> Twist {
         let fresh = self.command.header.is_received()
             && now_ns.saturating_sub(self.received_ns) <= self.stale_after_ns;
         self.stale_steps += u64::from(!fresh);
@@ -82,14 +82,14 @@ impl Driver {
     }
 
     /// A new episode: the robot stands, and commands meant for the last one do not count.
-    pub(crate) fn restart(&mut self) {
+    pub fn restart(&mut self) {
         self.command = CmdVel { header: self.command.header, ..CmdVel::default() };
         self.last = Twist::ZERO;
         self.stale_steps = 0;
     }
 
     /// Periods of this episode without a fresh command.
-    pub(crate) fn stale_steps(&self) -> u64 {
+    pub fn stale_steps(&self) -> u64 {
         self.stale_steps
     }
 }
@@ -97,14 +97,14 @@ impl Driver {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nav_core::messages::Header;
+    use crate::messages::Header;
 
     fn command(seq: u64, linear_mps: f32) -> CmdVel {
         CmdVel { header: Header { stamp_ns: 0, seq }, linear_mps, ..CmdVel::default() }
     }
 
-    fn driving() -> Driver {
-        let mut driver = Driver::new(&Task::default());
+    fn driving() -> DriverGuard {
+        let mut driver = DriverGuard::new(&Task::default());
         for seq in 1..=10 {
             driver.accept(&command(seq, 1.0), 0);
             driver.target(0);
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn speed_and_acceleration_are_limited() {
-        let mut driver = Driver::new(&Task::default());
+        let mut driver = DriverGuard::new(&Task::default());
         driver.accept(&command(1, 9.0), 0);
         // 2 m/s² for 0.1 s.
         assert!((driver.target(0).linear_mps - 0.2).abs() < 1e-3);
@@ -126,7 +126,7 @@ mod tests {
         let mut driver = driving();
         let late_ns = driver.stale_after_ns() + 1;
         assert!(driver.target(late_ns - 1).linear_mps > 0.99, "still fresh");
-        let speeds: Vec<f32> = (0..8).map(|_| driver.target(late_ns).linear_mps).collect();
+        let speeds: [f32; 8] = core::array::from_fn(|_| driver.target(late_ns).linear_mps);
         assert!(speeds[0] < 0.81 && speeds[0] > 0.7, "a ramp, not a jump: {speeds:?}");
         assert!(speeds[6].abs() < 1e-6, "{speeds:?}");
         assert_eq!(driver.stale_steps(), 8);
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn the_stale_age_follows_the_period() {
         let with_period = |control_period_s: f32| {
-            Driver::new(&Task { control_period_s, ..Task::default() }).stale_after_ns() / 1_000_000
+            DriverGuard::new(&Task { control_period_s, ..Task::default() }).stale_after_ns() / 1_000_000
         };
         assert_eq!([0.01, 0.02, 0.05, 0.1].map(with_period), [50, 100, 125, 250]);
     }
