@@ -71,7 +71,6 @@ pub(crate) struct Link {
     deadline_ns: u64,
     late_periods: u64,
     command: CmdVel,
-    accepted_stamp_ns: u64,
     status: Status,
     messages: Messages,
     // Last: ports go before their node.
@@ -105,7 +104,6 @@ impl Link {
             deadline_ns: 0,
             late_periods: 0,
             command: CmdVel::default(),
-            accepted_stamp_ns: 0,
             status: Status::default(),
             messages: Messages::default(),
             _node: node,
@@ -225,25 +223,13 @@ impl Link {
         if !is_new {
             return Ok((false, now_ns));
         }
-        if self.pace == Pace::Realtime && !self.is_fresh(now_ns) {
+        if self.pace == Pace::Realtime && !self.driver.is_fresh(&self.command, now_ns) {
             return Ok((false, now_ns));
         }
         self.heard_ns = Some(now_ns);
         let is_accepted =
             self.command.scan_seq >= self.episode_seq && self.driver.accept(&self.command, now_ns);
-        if is_accepted {
-            self.accepted_stamp_ns = self.command.header.stamp_ns;
-        }
         Ok((is_accepted, now_ns))
-    }
-
-    /// Whether the command is newer than the last one, was not held up on its way (a frozen runtime that wakes sends
-    /// what it had decided long ago) and is not from the future (after such a one, none would be newer).
-    fn is_fresh(&self, now_ns: u64) -> bool {
-        let stamp_ns = self.command.header.stamp_ns;
-        let age_ns = now_ns.checked_sub(stamp_ns);
-        stamp_ns > self.accepted_stamp_ns
-            && age_ns.is_some_and(|age_ns| age_ns <= self.driver.stale_after_ns())
     }
 
     fn check_patience(&self, now_ns: u64) -> Result<(), LinkError> {

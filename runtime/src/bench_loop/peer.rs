@@ -166,14 +166,7 @@ pub fn publish(plan: &PeerPlan, lidar: &Lidar) -> Result<Answers, PeerError> {
 
 /// A scan of a room with something to steer round.
 fn open_room(lidar: &Lidar) -> Box<LaserScan> {
-    let mut scan = Box::new(LaserScan {
-        angle_min_rad: lidar.angle_min_rad(),
-        angle_increment_rad: lidar.angle_increment_rad(),
-        range_min_m: lidar.range_min_m,
-        range_max_m: lidar.range_max_m,
-        beam_count: lidar.beam_count,
-        ..LaserScan::default()
-    });
+    let mut scan = Box::new(LaserScan::of(lidar, |_| 0.0));
     for (beam, range_m) in scan.ranges_m.iter_mut().enumerate() {
         *range_m = 1.5 + (beam % 7) as f32 * 0.3;
     }

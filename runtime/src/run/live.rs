@@ -45,14 +45,12 @@ impl Live {
         let rate_hz = ticks.saturating_sub(*last_ticks) as f64 / passed.as_secs_f64();
         *last_ticks = ticks;
         let number = |bits: &AtomicU32| f32::from_bits(bits.load(Relaxed));
-        let what = match self.state.load(Relaxed) {
+        let what = match RunState::of(self.state.load(Relaxed)) {
             _ if ticks == 0 => "waiting for a scan".to_owned(),
-            state if state == RunState::Driving as u32 => {
-                format!("driving, {:.1} m to the goal", number(&self.goal_distance_bits))
+            Some(state @ RunState::Driving) => {
+                format!("{}, {:.1} m to the goal", state.name(), number(&self.goal_distance_bits))
             }
-            state if state == RunState::Reached as u32 => "at the goal".to_owned(),
-            state if state == RunState::Stopped as u32 => "stopped".to_owned(),
-            _ => "ready".to_owned(),
+            state => state.unwrap_or_default().name().to_owned(),
         };
         format!(
             "{:5.0} s  {rate_hz:6.1} Hz  {what}  v {:.2} m/s  w {:+.2} rad/s  tick max {:.0} us  overruns {}  {}{}",
@@ -61,30 +59,13 @@ impl Live {
             number(&self.angular_bits),
             self.tick_max_ns.swap(0, Relaxed) as f64 / 1e3,
             self.overruns.load(Relaxed),
-            fault_names(self.faults.load(Relaxed) & fault::STOPPING),
+            fault::names(self.faults.load(Relaxed) & fault::STOPPING),
             match self.allocations.load(Relaxed) {
                 0 => String::new(),
                 count => format!("  ALLOCATIONS {count}"),
             }
         )
     }
-}
-
-/// Fault bits in words.
-pub fn fault_names(faults: u32) -> String {
-    const NAMES: [(u32, &str); 9] = [
-        (fault::STALE_SCAN, "stale scan"),
-        (fault::STALE_ODOM, "stale odometry"),
-        (fault::NO_GOAL, "no goal"),
-        (fault::NON_FINITE, "network not finite"),
-        (fault::BAD_SCAN, "unusable scan"),
-        (fault::BAD_CLOCK, "time runs wrong"),
-        (fault::SPEED_LIMITED, "speed limited"),
-        (fault::ACCELERATION_LIMITED, "acceleration limited"),
-        (fault::BAD_INPUT, "input not finite"),
-    ];
-    let named: Vec<&str> = NAMES.iter().filter(|(bit, _)| faults & bit != 0).map(|(_, name)| *name).collect();
-    if named.is_empty() { "ok".to_owned() } else { named.join(", ") }
 }
 
 /// The thread that prints; ends when dropped.
@@ -157,11 +138,5 @@ mod tests {
         live.store_trouble(2, 1);
         let line = live.line(second, &mut last, second);
         assert!(line.contains("overruns 2") && line.contains("ALLOCATIONS 1"), "{line}");
-    }
-
-    #[test]
-    fn faults_have_names() {
-        assert_eq!(fault_names(0), "ok");
-        assert_eq!(fault_names(fault::STALE_SCAN | fault::BAD_CLOCK), "stale scan, time runs wrong");
     }
 }

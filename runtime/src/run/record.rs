@@ -5,10 +5,6 @@ use nav_core::messages::{Header, Odometry, RunState, fault};
 use nav_core::tick::{Inputs, TickStatus};
 use nav_model::alloc::Counts;
 
-/// Number of states and fault bits that are counted.
-const STATES: usize = 4;
-const FAULT_BITS: usize = 9;
-
 /// See the module. Nothing here allocates after [`Record::new`].
 #[derive(Clone, Debug)]
 pub struct Record {
@@ -33,9 +29,9 @@ pub struct Record {
     /// Difference between one period and the next, ns; clock pace only.
     pub jitter: Histogram,
     /// Ticks in each [`RunState`].
-    pub states: [u64; STATES],
+    pub states: [u64; RunState::ALL.len()],
     /// Ticks with each fault bit.
-    pub faults: [u64; FAULT_BITS],
+    pub faults: [u64; fault::NAMES.len()],
     /// Goals received.
     pub goals: u64,
     /// Goals reached, or less than a step away when the next one came or the scans ended.
@@ -77,8 +73,8 @@ impl Record {
             scans_replaced: 0,
             wake_late: Histogram::default(),
             jitter: Histogram::default(),
-            states: [0; STATES],
-            faults: [0; FAULT_BITS],
+            states: [0; RunState::ALL.len()],
+            faults: [0; fault::NAMES.len()],
             goals: 0,
             goals_reached: 0,
             distance_m: 0.0,
@@ -101,7 +97,7 @@ impl Record {
     /// Counts what a tick did. `step_max_m` is the way of one period at full speed, m.
     pub fn note(&mut self, inputs: &Inputs<'_>, status: &TickStatus, step_max_m: f32) {
         self.ticks += 1;
-        self.states[(status.state as usize).min(STATES - 1)] += 1;
+        self.states[status.state as usize] += 1;
         for (bit, count) in self.faults.iter_mut().enumerate() {
             *count += u64::from(status.faults >> bit & 1);
         }

@@ -1,10 +1,9 @@
 //! The end of a run, for people and as JSON.
 
 use super::histogram::Percentiles;
-use super::live::fault_names;
 use super::plan::{DrivePlan, Pace};
 use super::record::Record;
-use nav_core::messages::RunState;
+use nav_core::messages::{RunState, fault};
 use serde::Serialize;
 use std::path::Path;
 
@@ -125,7 +124,7 @@ impl Report {
                 stopped: state(RunState::Stopped),
             },
             faults: faults
-                .map(|(bit, ticks)| FaultCount { fault: fault_names(1 << bit), ticks: *ticks })
+                .map(|(bit, ticks)| FaultCount { fault: fault::NAMES[bit].to_owned(), ticks: *ticks })
                 .collect(),
         }
     }

@@ -108,12 +108,8 @@ mod tests {
         let geometry = ScanGeometry::new(&task);
         let (mut view, mut closing) = (ScanView::new(&geometry), ClosingSpeeds::new());
         for step in 0..10_u8 {
-            let mut scan = LaserScan { beam_count: task.lidar.beam_count, ..LaserScan::default() };
-            for beam in 0..task.lidar.beam_count as usize {
-                let angle = task.lidar.angle_min_rad() + beam as f32 * task.lidar.angle_increment_rad();
-                scan.ranges_m[beam] = if angle.abs() < 0.3 { gap_m(f32::from(step)) } else { f32::INFINITY };
-            }
-            view.update(&geometry, &scan);
+            let ahead = |angle: f32| if angle.abs() < 0.3 { gap_m(f32::from(step)) } else { f32::INFINITY };
+            view.update(&geometry, &LaserScan::of(&task.lidar, ahead));
             let pose = Pose::new(f32::from(step) * STEP_S, 0.0, 0.0);
             if step == 0 {
                 closing.restart(&view, pose)

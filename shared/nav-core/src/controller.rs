@@ -2,10 +2,11 @@
 //! evaluation; training takes the same steps of the same navigator and guard with choices of its own.
 
 use crate::guard::Guard;
-use crate::messages::{CmdVel, Header, RunState, fault};
+use crate::messages::{CmdVel, Header, fault};
 use crate::navigator::Navigator;
 use crate::network::Network;
 use crate::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION, expand_candidates};
+use crate::run_state::run_state;
 use crate::task::{ACTION_COUNT, ACTION_GOAL, Task};
 use crate::tick::{Inputs, Tick, TickStatus};
 use crate::twist::Twist;
@@ -91,8 +92,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
     fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
         let Inputs { scan, odom, goal } = inputs;
         let mut status = TickStatus { action: ACTION_GOAL, ..TickStatus::default() };
-        status.faults =
-            self.guard.inspect(now_ns, scan, odom, goal) | self.guard.inspect_scan(&self.navigator, scan);
+        status.faults = self.guard.inspect(now_ns, scan, odom, goal) | self.guard.inspect_scan(scan);
         let mut wish = Twist::ZERO;
         if status.faults & fault::STOPPING == 0 {
             let since_ns = now_ns.saturating_sub(self.last_tick_ns);
@@ -109,10 +109,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
                 self.last_scan_seq = scan.header.seq;
                 self.navigator.observe(scan, odom, goal);
             }
-            if self.navigator.goal_reached() {
-                status.state = RunState::Reached;
-            } else {
-                status.state = RunState::Driving;
+            if !self.navigator.goal_reached() {
                 wish = self.act(&mut status);
             }
         } else {
@@ -122,16 +119,11 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
                 self.navigator.forget();
                 (self.goal_id, self.last_scan_seq) = (None, 0);
             }
-            let missing = fault::STALE_SCAN | fault::STALE_ODOM | fault::NO_GOAL;
-            let only_missing = status.faults & fault::STOPPING & !missing == 0;
-            status.state = if only_missing { RunState::Ready } else { RunState::Stopped };
         }
         self.last_tick_ns = now_ns;
         let (out, limited) = self.guard.limit(wish);
         status.faults |= limited;
-        if limited & fault::NON_FINITE != 0 {
-            status.state = RunState::Stopped;
-        }
+        status.state = run_state(status.faults, self.navigator.goal_reached());
         status.goal_distance_m = self.navigator.goal_distance_m();
         if let Some(decision) = self.navigator.decision() {
             status.action = decision.action;

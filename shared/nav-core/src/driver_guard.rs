@@ -41,6 +41,15 @@ impl DriverGuard {
         self.stale_after_ns
     }
 
+    /// Whether a command read at `now_ns`, of the clock that its stamp is of, is one to obey: newer than the last one,
+    /// not held up on its way (a frozen runtime that wakes sends what it had decided long ago), and not from the
+    /// future (after such a one, none would be newer).
+    pub fn is_fresh(&self, command: &CmdVel, now_ns: u64) -> bool {
+        let stamp_ns = command.header.stamp_ns;
+        let age_ns = now_ns.checked_sub(stamp_ns);
+        stamp_ns > self.command.header.stamp_ns && age_ns.is_some_and(|age_ns| age_ns <= self.stale_after_ns)
+    }
+
     /// Takes a command that arrived at `now_ns`; true when it is newer than the last one.
     pub fn accept(&mut self, command: &CmdVel, now_ns: u64) -> bool {
         let newer = command.header != self.command.header;
@@ -58,26 +67,9 @@ impl DriverGuard {
         self.stale_steps += u64::from(!fresh);
         let command = self.command.twist();
         let wish = if fresh && command.is_finite() { command } else { Twist::ZERO };
-        self.ramp_towards(wish)
-    }
-
-    /// Speed limits, then acceleration limits. A command that keeps both passes unchanged.
-    fn ramp_towards(&mut self, wish: Twist) -> Twist {
         let robot = &self.task.robot;
-        let wish = wish.limited(robot);
-        let towards = |last: f32, wish: f32, acceleration: f32| {
-            // A hair more than the runtime's own limit, so that rounding never cuts what it let pass.
-            let change = acceleration * self.task.control_period_s * 1.0001;
-            wish.clamp(last - change, last + change)
-        };
-        self.last = Twist {
-            linear_mps: towards(self.last.linear_mps, wish.linear_mps, robot.linear_acceleration_mps2),
-            angular_radps: towards(
-                self.last.angular_radps,
-                wish.angular_radps,
-                robot.angular_acceleration_radps2,
-            ),
-        };
+        // A hair more than the runtime's own limit, so that rounding never cuts what it let pass.
+        self.last = robot.ramped(self.last, robot.limited(wish), self.task.control_period_s * 1.0001);
         self.last
     }
 
@@ -155,6 +147,20 @@ mod tests {
             DriverGuard::new(&Task { control_period_s, ..Task::default() }).stale_after_ns() / 1_000_000
         };
         assert_eq!([0.01, 0.02, 0.05, 0.1].map(with_period), [50, 100, 125, 250]);
+    }
+
+    #[test]
+    fn a_command_counts_by_its_own_stamp() {
+        let stamped = |stamp_ns| CmdVel { header: Header { stamp_ns, seq: 12 }, ..command(0, 1.0) };
+        let mut driver = driving();
+        let age_ns = driver.stale_after_ns();
+        driver.accept(&stamped(50), 60);
+        assert!(driver.is_fresh(&stamped(51), 51) && driver.is_fresh(&stamped(51), 51 + age_ns));
+        assert!(!driver.is_fresh(&stamped(51), 52 + age_ns), "held up on its way");
+        assert!(!driver.is_fresh(&stamped(52), 51), "from the future");
+        assert!(!driver.is_fresh(&stamped(50), 51), "not newer than the last one");
+        driver.restart();
+        assert!(!driver.is_fresh(&stamped(50), 51), "nor after a restart");
     }
 
     #[test]

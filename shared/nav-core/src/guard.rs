@@ -2,7 +2,6 @@
 //! robot in the same tick; speed and acceleration are limited always, also while stopping.
 
 use crate::messages::{Goal, LaserScan, Odometry, fault};
-use crate::navigator::Navigator;
 use crate::observation::Sent;
 use crate::scan::VALID_BEAM_SHARE_MIN;
 use crate::task::Task;
@@ -86,7 +85,7 @@ impl Guard {
 
     /// What is wrong with the scan itself, as [`fault`] bits: another geometry, too few valid beams, or too many
     /// failed ones side by side.
-    pub fn inspect_scan(&self, navigator: &Navigator, scan: &LaserScan) -> u32 {
+    pub fn inspect_scan(&self, scan: &LaserScan) -> u32 {
         if !scan.header.is_received() {
             return 0;
         }
@@ -94,7 +93,7 @@ impl Guard {
         let valid = scan.ranges_m().iter().filter(|range| **range >= range_min_m).count();
         let enough = valid as f32 >= VALID_BEAM_SHARE_MIN * scan.ranges_m().len() as f32
             && blind_rad(scan, range_min_m) < BLIND_MAX_RAD;
-        if navigator.accepts(scan) && enough { 0 } else { fault::BAD_SCAN }
+        if self.task.lidar.fits(scan) && enough { 0 } else { fault::BAD_SCAN }
     }
 
     /// Cuts a wish to the limits of speed and acceleration; a wish that is not finite is zero. Returns what may
@@ -107,19 +106,11 @@ impl Guard {
             faults |= fault::NON_FINITE;
             finite = Twist::ZERO;
         }
-        let speed = finite.limited(robot);
+        let speed = robot.limited(finite);
         if speed != finite {
             faults |= fault::SPEED_LIMITED;
         }
-        let step = |last: f32, wish: f32, rate: f32| {
-            let change = rate * self.task.control_period_s;
-            wish.clamp(last - change, last + change)
-        };
-        let last = self.sent[0];
-        let out = Twist {
-            linear_mps: step(last.linear_mps, speed.linear_mps, robot.linear_acceleration_mps2),
-            angular_radps: step(last.angular_radps, speed.angular_radps, robot.angular_acceleration_radps2),
-        };
+        let out = robot.ramped(self.sent[0], speed, self.task.control_period_s);
         if out != speed {
             faults |= fault::ACCELERATION_LIMITED;
         }
@@ -130,7 +121,7 @@ impl Guard {
 
     /// Starts afresh from a measured velocity: after a new goal, or a reset of the base.
     pub fn restart_from(&mut self, measured: Twist) {
-        self.sent.fill(measured.limited(&self.task.robot));
+        self.sent.fill(self.task.robot.limited(measured));
     }
 
     /// The last commands that left; after a restart, what the base was measured to do.
@@ -212,21 +203,16 @@ mod tests {
     #[test]
     fn scattered_failures_pass_and_a_blind_wedge_does_not() {
         let task = Task::default();
-        let (guard, navigator) = (Guard::new(&task), Navigator::new(&task));
+        let guard = Guard::new(&task);
         let inspect = |failed: &dyn Fn(usize) -> bool| {
-            let mut scan = LaserScan {
-                header: Header { stamp_ns: 1, seq: 1 },
-                angle_min_rad: task.lidar.angle_min_rad(),
-                angle_increment_rad: task.lidar.angle_increment_rad(),
-                range_min_m: task.lidar.range_min_m,
-                range_max_m: task.lidar.range_max_m,
-                beam_count: task.lidar.beam_count,
-                ..LaserScan::default()
-            };
+            let mut scan = LaserScan::of(&task.lidar, |_| 3.0);
+            scan.header = Header { stamp_ns: 1, seq: 1 };
             for beam in 0..task.lidar.beam_count as usize {
-                scan.ranges_m[beam] = if failed(beam) { f32::NAN } else { 3.0 };
+                if failed(beam) {
+                    scan.ranges_m[beam] = f32::NAN;
+                }
             }
-            guard.inspect_scan(&navigator, &scan)
+            guard.inspect_scan(&scan)
         };
         assert_eq!(inspect(&|_| false), 0);
         assert_eq!(inspect(&|beam| beam % 5 == 0), 0, "a fifth, scattered");

@@ -7,29 +7,32 @@
 //! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for), then
 //! [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
 //! (when it decides), [`network`] (how it is evaluated), [`guard`] (what may leave), [`tick`] and [`controller`]
-//! (all of it: the tick); [`reward`] and [`metrics`] judge the result, [`manifest`] says what a model is.
+//! (all of it), [`run_state`] (what it is doing), [`driver_guard`] (what the base obeys); [`reward`] and
+//! [`metrics`] judge the result, [`manifest`] says what a model is, [`testing`] makes up messages.
 #![no_std]
 
+pub mod twist;
 pub mod geometry;
 pub mod messages;
-pub mod task;
 pub mod topics;
-pub mod twist;
+pub mod task;
 
-mod closing;
-pub mod optimistic;
-pub mod local_map;
-pub mod navigator;
-pub mod observation;
 pub mod scan;
+mod closing;
+pub mod local_map;
+pub mod optimistic;
 pub mod subgoal;
+pub mod observation;
+pub mod navigator;
 
-pub mod controller;
-pub mod guard;
-pub mod driver_guard;
 pub mod network;
+pub mod guard;
 pub mod tick;
+pub mod controller;
+pub mod run_state;
+pub mod driver_guard;
 
-pub mod manifest;
-pub mod metrics;
 pub mod reward;
+pub mod metrics;
+pub mod manifest;
+pub mod testing;

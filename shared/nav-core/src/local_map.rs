@@ -221,16 +221,8 @@ mod tests {
     fn ring(range_m: f32) -> ScanView {
         let task = Task::default();
         let geometry = ScanGeometry::new(&task);
-        let mut scan = LaserScan {
-            angle_min_rad: task.lidar.angle_min_rad(),
-            angle_increment_rad: task.lidar.angle_increment_rad(),
-            range_max_m: task.lidar.range_max_m,
-            beam_count: task.lidar.beam_count,
-            ..LaserScan::default()
-        };
-        scan.ranges_m = [range_m; crate::messages::MAX_BEAMS];
         let mut view = ScanView::new(&geometry);
-        view.update(&geometry, &scan);
+        view.update(&geometry, &LaserScan::of(&task.lidar, |_| range_m));
         view
     }
 

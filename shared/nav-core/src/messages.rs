@@ -4,6 +4,8 @@
 //!
 //! [`crate::topics`] says who writes which, and under which type name it travels.
 
+pub mod fault;
+
 use crate::geometry::Pose;
 use crate::twist::Twist;
 
@@ -180,7 +182,7 @@ pub struct Status {
     pub overruns: u64,
 }
 
-/// What the runtime is doing.
+/// What the runtime is doing; [`crate::run_state`] says when.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum RunState {
@@ -195,29 +197,24 @@ pub enum RunState {
     Stopped = 3,
 }
 
-/// Fault bits of [`CmdVel::faults`] and [`Status::faults`].
-pub mod fault {
-    /// No scan was ever received, or the last one is too old.
-    pub const STALE_SCAN: u32 = 1;
-    /// No odometry was ever received, or the last one is too old.
-    pub const STALE_ODOM: u32 = 1 << 1;
-    /// No goal was ever received.
-    pub const NO_GOAL: u32 = 1 << 2;
-    /// A network answered NaN or infinity.
-    pub const NON_FINITE: u32 = 1 << 3;
-    /// The scan does not have the geometry that the policy was trained on, or too few valid beams.
-    pub const BAD_SCAN: u32 = 1 << 4;
-    /// A stamp from the future, or time or order running backwards.
-    pub const BAD_CLOCK: u32 = 1 << 5;
-    /// The command was cut to the speed limits.
-    pub const SPEED_LIMITED: u32 = 1 << 6;
-    /// The command was cut to the acceleration limits.
-    pub const ACCELERATION_LIMITED: u32 = 1 << 7;
-    /// Odometry or goal holds a number that is not finite.
-    pub const BAD_INPUT: u32 = 1 << 8;
-    /// Bits that force a stop (the others only shape the command).
-    pub const STOPPING: u32 =
-        STALE_SCAN | STALE_ODOM | NO_GOAL | NON_FINITE | BAD_SCAN | BAD_CLOCK | BAD_INPUT;
+impl RunState {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 4] = [Self::Ready, Self::Driving, Self::Reached, Self::Stopped];
+
+    /// The state of a number on the wire.
+    pub fn of(number: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| *state as u32 == number)
+    }
+
+    /// Its name, for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ready => "ready",
+            Self::Driving => "driving",
+            Self::Reached => "at the goal",
+            Self::Stopped => "stopped",
+        }
+    }
 }
 
 #[cfg(test)]
@@ -233,5 +230,13 @@ mod tests {
         assert_eq!(size_of::<Goal>(), 16 + 4 * 4);
         assert_eq!(size_of::<CmdVel>(), 16 + 2 * 4 + 8 + 2 * 4);
         assert_eq!(size_of::<Status>(), 16 + 6 * 4 + 5 * 8);
+    }
+
+    #[test]
+    fn a_run_state_is_found_by_its_number() {
+        for (number, state) in RunState::ALL.into_iter().enumerate() {
+            assert_eq!((state as usize, RunState::of(number as u32)), (number, Some(state)));
+        }
+        assert_eq!(RunState::of(4), None);
     }
 }

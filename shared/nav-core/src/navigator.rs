@@ -100,11 +100,6 @@ impl Navigator {
         }
     }
 
-    /// Whether a scan has the geometry that the task says.
-    pub fn accepts(&self, scan: &LaserScan) -> bool {
-        self.geometry.fits(scan)
-    }
-
     /// Takes in one step's messages. A goal of a new id forgets everything of the last one; another place with the
     /// same id corrects it (a localiser has found out how far odometry has drifted): it is followed at once, and all
     /// that is remembered stays.

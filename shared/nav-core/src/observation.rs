@@ -12,7 +12,7 @@
 //! [`ACTION_COUNT`] x [`CANDIDATE_FEATURES`] matrix, which makes the scorer equivariant to rotation.
 
 use crate::scan::SECTOR_COUNT;
-use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Task};
+use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, CORRIDOR_LIMIT_M, DIRECTION_COUNT, Task};
 use crate::twist::Twist;
 
 /// Length of the low-level observation.
@@ -156,7 +156,7 @@ pub fn encode_high(
 ) {
     let saturate = |value: f32, half: f32| value / (value + half);
     for (direction, features) in directions.iter().zip(observation.chunks_exact_mut(DIRECTION_FEATURES)) {
-        features[0] = direction.corridor_m / crate::subgoal::CORRIDOR_LIMIT_M;
+        features[0] = direction.corridor_m / CORRIDOR_LIMIT_M;
         features[1] = direction.geodesic_gain;
         features[2] = saturate(direction.visits_near, 5.0);
         features[3] = saturate(direction.visits_far, 5.0);

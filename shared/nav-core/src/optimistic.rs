@@ -229,19 +229,11 @@ mod tests {
         let task =
             Task { lidar: crate::task::Lidar { beam_count: 720, ..Default::default() }, ..Task::default() };
         let geometry = ScanGeometry::new(&task);
-        let mut scan = LaserScan {
-            angle_min_rad: task.lidar.angle_min_rad(),
-            angle_increment_rad: task.lidar.angle_increment_rad(),
-            range_max_m: task.lidar.range_max_m,
-            beam_count: 720,
-            ..LaserScan::default()
-        };
-        for beam in 0..720 {
-            let angle = scan.angle_min_rad + beam as f32 * scan.angle_increment_rad;
+        let scan = LaserScan::of(&task.lidar, |angle| {
             let at_wall = 2.05 * libm::tanf(angle);
             let hits = libm::cosf(angle) > 0.0 && at_wall.abs() < 2.0;
-            scan.ranges_m[beam] = if hits { 2.05 / libm::cosf(angle) } else { f32::INFINITY };
-        }
+            if hits { 2.05 / libm::cosf(angle) } else { f32::INFINITY }
+        });
         let mut view = ScanView::new(&geometry);
         view.update(&geometry, &scan);
         let mut map = LocalMap::new(Point::origin());

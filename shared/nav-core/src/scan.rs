@@ -27,8 +27,6 @@ pub struct Hit {
 #[derive(Clone, Debug)]
 pub struct ScanGeometry {
     beam_count: usize,
-    angle_min_rad: f32,
-    angle_increment_rad: f32,
     range_min_m: f32,
     range_max_m: f32,
     /// Unit vectors of the beams.
@@ -47,8 +45,6 @@ impl ScanGeometry {
         let lidar = &task.lidar;
         let mut geometry = Self {
             beam_count: (lidar.beam_count as usize).min(MAX_BEAMS),
-            angle_min_rad: lidar.angle_min_rad(),
-            angle_increment_rad: lidar.angle_increment_rad(),
             range_min_m: lidar.range_min_m,
             range_max_m: lidar.range_max_m,
             directions: [(0.0, 0.0); MAX_BEAMS],
@@ -61,22 +57,13 @@ impl ScanGeometry {
             *direction = (cos, sin);
         }
         for beam in 0..geometry.beam_count {
-            let angle = geometry.angle_min_rad + beam as f32 * geometry.angle_increment_rad;
+            let angle = lidar.beam_angle_rad(beam);
             geometry.directions[beam] = (libm::cosf(angle), libm::sinf(angle));
             let sector = sector_of(angle);
             geometry.sector_of_beam[beam] = sector as u8;
             geometry.unseen[sector] = false;
         }
         geometry
-    }
-
-    /// Whether `scan` has this geometry: same beams, same directions, and a range that reaches as far.
-    pub fn fits(&self, scan: &LaserScan) -> bool {
-        scan.beam_count as usize == self.beam_count
-            && (scan.angle_min_rad - self.angle_min_rad).abs() < 1e-3
-            && (scan.angle_increment_rad - self.angle_increment_rad).abs() < 1e-5
-            && scan.range_max_m >= self.range_max_m - 1e-3
-            && scan.range_max_m.is_finite()
     }
 
     /// Unit vectors (cos, sin) of the sectors' middles in the robot frame.
@@ -125,7 +112,7 @@ impl ScanView {
         }
     }
 
-    /// Digests a scan; the caller has checked that it [`ScanGeometry::fits`].
+    /// Digests a scan; the caller has checked that it [fits](crate::task::Lidar::fits).
     pub fn update(&mut self, geometry: &ScanGeometry, scan: &LaserScan) {
         let range_min_m = geometry.range_min_m.max(scan.range_min_m);
         let mut nearest = [f32::INFINITY; SECTOR_COUNT];
@@ -207,29 +194,15 @@ impl ScanView {
 mod tests {
     use super::*;
 
-    fn scan_of(task: &Task, range: impl Fn(f32) -> f32) -> LaserScan {
-        let mut scan = LaserScan {
-            angle_min_rad: task.lidar.angle_min_rad(),
-            angle_increment_rad: task.lidar.angle_increment_rad(),
-            range_min_m: task.lidar.range_min_m,
-            range_max_m: task.lidar.range_max_m,
-            beam_count: task.lidar.beam_count,
-            ..LaserScan::default()
-        };
-        for beam in 0..scan.beam_count as usize {
-            scan.ranges_m[beam] = range(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
-        }
-        scan
-    }
-
     #[test]
     fn a_wall_ahead_closes_the_corridor_ahead_only() {
         let task = Task::default();
         let geometry = ScanGeometry::new(&task);
         let mut view = ScanView::new(&geometry);
         // A wall at x = 2.
-        let scan = scan_of(&task, |a| if libm::cosf(a) > 0.1 { 2.0 / libm::cosf(a) } else { f32::INFINITY });
-        assert!(geometry.fits(&scan));
+        let wall = |a| if libm::cosf(a) > 0.1 { 2.0 / libm::cosf(a) } else { f32::INFINITY };
+        let scan = LaserScan::of(&task.lidar, wall);
+        assert!(task.lidar.fits(&scan));
         view.update(&geometry, &scan);
         let ahead = view.corridor_m(1.0, 0.0, 0.25, 5.0);
         assert!((ahead - 1.75).abs() < 0.05, "{ahead}");
@@ -242,7 +215,7 @@ mod tests {
         let task = Task::default();
         let geometry = ScanGeometry::new(&task);
         let mut view = ScanView::new(&geometry);
-        let mut scan = scan_of(&task, |_| 1.0);
+        let mut scan = LaserScan::of(&task.lidar, |_| 1.0);
         scan.ranges_m[40] = f32::NAN;
         scan.ranges_m[41] = 0.0;
         view.update(&geometry, &scan);

@@ -5,19 +5,17 @@
 //! exploring and both sides of the learning target.
 
 use crate::scan::ScanView;
-use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Task};
+use crate::task::{
+    ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, CORRIDOR_LIMIT_M, DIRECTION_COUNT, SUBGOAL_MIN_M, Task,
+};
 use core::f32::consts::TAU;
 
 /// Added to the footprint when a corridor is measured, m.
 pub const CORRIDOR_CLEARANCE_M: f32 = 0.05;
-/// A direction is legal when its subgoal lies at least this far away, m.
-pub const SUBGOAL_MIN_M: f32 = 0.6;
 /// Where no direction is legal, because everything is near, this margin is kept instead of the task's, m.
 const TIGHT_MARGIN_M: f32 = 0.1;
 /// And a subgoal must only lie this much farther away than it counts as reached, m.
 const TIGHT_BEYOND_M: f32 = 0.05;
-/// Corridors are measured up to this length, m.
-pub const CORRIDOR_LIMIT_M: f32 = 4.0;
 
 /// Which actions are legal: bit `a` for action `a`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,7 +3,8 @@
 //! Written once, in the training configuration; copied into the manifest by the export; read back from
 //! there by runtime, simulator and evaluation. No field of it is typed twice.
 
-use crate::subgoal::{CORRIDOR_LIMIT_M, SUBGOAL_MIN_M};
+use crate::messages::{LaserScan, MAX_BEAMS};
+use crate::twist::Twist;
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,10 @@ pub const ACTION_GOAL: usize = DIRECTION_COUNT;
 pub const ACTION_WAIT: usize = DIRECTION_COUNT + 1;
 /// How many actions the high level has: the directions, GOAL and WAIT.
 pub const ACTION_COUNT: usize = DIRECTION_COUNT + 2;
+/// A direction is legal when its subgoal lies at least this far away, m.
+pub const SUBGOAL_MIN_M: f32 = 0.6;
+/// Corridors to subgoals are measured up to this length, m.
+pub const CORRIDOR_LIMIT_M: f32 = 4.0;
 
 /// What a policy was trained for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -144,7 +149,40 @@ impl Default for Decision {
     }
 }
 
+impl Robot {
+    /// A wish cut to what the robot can do: forward in [0, max], turning either way. What is not finite becomes
+    /// 0, as a motor driver would do.
+    pub fn limited(&self, wish: Twist) -> Twist {
+        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        Twist {
+            linear_mps: finite(wish.linear_mps).clamp(0.0, self.linear_max_mps),
+            angular_radps: finite(wish.angular_radps).clamp(-self.angular_max_radps, self.angular_max_radps),
+        }
+    }
+
+    /// As near to `wish` as the acceleration limits allow `dt_s` after `last`.
+    pub fn ramped(&self, last: Twist, wish: Twist, dt_s: f32) -> Twist {
+        let towards = |last: f32, wish: f32, acceleration: f32| {
+            let change = acceleration * dt_s;
+            wish.clamp(last - change, last + change)
+        };
+        Twist {
+            linear_mps: towards(last.linear_mps, wish.linear_mps, self.linear_acceleration_mps2),
+            angular_radps: towards(last.angular_radps, wish.angular_radps, self.angular_acceleration_radps2),
+        }
+    }
+}
+
 impl Lidar {
+    /// Whether a scan has this geometry: same beams, same directions, and a range that reaches as far.
+    pub fn fits(&self, scan: &LaserScan) -> bool {
+        scan.beam_count == self.beam_count
+            && (scan.angle_min_rad - self.angle_min_rad()).abs() < 1e-3
+            && (scan.angle_increment_rad - self.angle_increment_rad()).abs() < 1e-5
+            && scan.range_max_m >= self.range_max_m - 1e-3
+            && scan.range_max_m.is_finite()
+    }
+
     /// Whether the field of view is the whole circle.
     pub fn is_full_circle(&self) -> bool {
         self.field_of_view_rad > TAU - 1e-3
@@ -160,6 +198,11 @@ impl Lidar {
     /// Direction of beam 0 in the robot frame, rad.
     pub fn angle_min_rad(&self) -> f32 {
         -0.5 * self.field_of_view_rad.min(TAU)
+    }
+
+    /// Direction of a beam in the robot frame, rad.
+    pub fn beam_angle_rad(&self, beam: usize) -> f32 {
+        self.angle_min_rad() + beam as f32 * self.angle_increment_rad()
     }
 }
 
@@ -194,7 +237,7 @@ impl Task {
                 "robot.angular_acceleration_radps2 must lie in [0.01, 100]",
             ),
             (
-                (1..=crate::messages::MAX_BEAMS).contains(&(self.lidar.beam_count as usize)),
+                (1..=MAX_BEAMS).contains(&(self.lidar.beam_count as usize)),
                 "lidar.beam_count must lie in [1, 1440]",
             ),
             (

@@ -38,15 +38,7 @@ fn controller(task: &Task) -> Controller<Vec<f32>> {
 /// Messages of step `seq`, along a made-up drive; the goal has id `goal_id`.
 fn messages(task: &Task, seq: u64, goal_id: u32) -> (LaserScan, Odometry, Goal) {
     let header = Header { stamp_ns: seq * PERIOD_NS, seq };
-    let mut scan = LaserScan {
-        header,
-        angle_min_rad: task.lidar.angle_min_rad(),
-        angle_increment_rad: task.lidar.angle_increment_rad(),
-        range_min_m: task.lidar.range_min_m,
-        range_max_m: task.lidar.range_max_m,
-        beam_count: task.lidar.beam_count,
-        ..LaserScan::default()
-    };
+    let mut scan = LaserScan { header, ..LaserScan::of(&task.lidar, |_| 0.0) };
     for (beam, range_m) in scan.ranges_m.iter_mut().enumerate() {
         *range_m = 1.0 + ((beam as u64 * 7 + seq) % 40) as f32 * 0.1;
     }

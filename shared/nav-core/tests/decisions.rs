@@ -24,19 +24,8 @@ impl Scene {
         self.seq += 1;
         let header = Header { stamp_ns: self.seq * self.task.control_period_ns(), seq: self.seq };
         let lidar = &self.task.lidar;
-        let mut scan = LaserScan {
-            header,
-            angle_min_rad: lidar.angle_min_rad(),
-            angle_increment_rad: lidar.angle_increment_rad(),
-            range_min_m: lidar.range_min_m,
-            range_max_m: lidar.range_max_m,
-            beam_count: lidar.beam_count,
-            ..LaserScan::default()
-        };
-        for beam in 0..lidar.beam_count as usize {
-            let angle = lidar.angle_min_rad() + beam as f32 * lidar.angle_increment_rad();
-            scan.ranges_m[beam] = if angle.abs() < 0.35 { gap_m } else { f32::INFINITY };
-        }
+        let ahead = |angle: f32| if angle.abs() < 0.35 { gap_m } else { f32::INFINITY };
+        let scan = LaserScan { header, ..LaserScan::of(lidar, ahead) };
         let odom = Odometry {
             header,
             pose: Pose::new(x_m, 0.0, self.yaw_rad),

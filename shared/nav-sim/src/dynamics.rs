@@ -52,7 +52,7 @@ impl Base {
 
     /// Takes the command of a control period; what was commanded `latency_steps` periods ago takes effect.
     pub fn command(&mut self, command: Twist) {
-        self.queue[self.queue_at] = command.limited(&self.robot);
+        self.queue[self.queue_at] = self.robot.limited(command);
         let effective = self.queue[(self.queue_at + QUEUE_LEN - self.latency_steps) % QUEUE_LEN];
         self.queue_at = (self.queue_at + 1) % QUEUE_LEN;
         self.target = Twist {
