@@ -23,15 +23,14 @@
 //! ```
 
 mod caches;
+mod samples;
 mod engines;
 #[cfg(feature = "onnxruntime")]
 mod onnxruntime;
 mod report;
-mod samples;
 
 pub use engines::Engine;
 pub use report::{EngineFigures, Machine, NetworkFigures, NetworkReport};
-pub use samples::Percentiles;
 
 use caches::Caches;
 use nav_model::load::{LoadError, LoadedNetwork};

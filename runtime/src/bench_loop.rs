@@ -10,14 +10,14 @@ pub mod load;
 pub mod peer;
 mod words;
 
+use crate::latency::Percentiles;
 use crate::run::drive::drive;
-use crate::run::histogram::Percentiles;
 use crate::run::live::Live;
 use crate::run::plan::{DriveError, DrivePlan, End, Pace};
 use crate::run::ports::Ports;
 use crate::run::realtime::RealTime;
-use crate::run::record::Record;
 use crate::run::report::write_json;
+use crate::run::tally::Tally;
 use limit::Limit;
 use load::Hogs;
 use nav_core::controller::ShapeError;
@@ -217,8 +217,8 @@ fn measure_here(
         assert_no_alloc: false,
         period_ns: Some(period_ns),
     };
-    let mut record = Record::new(period_ns);
-    let end = drive(&mut controller, &mut ports, &drive_plan, stop, &Live::default(), &mut record)?;
+    let mut tally = Tally::new(period_ns);
+    let end = drive(&mut controller, &mut ports, &drive_plan, stop, &Live::default(), &mut tally)?;
     if let End::Stopped(signal) | End::StoppedWaiting(signal) = end {
         return Err(LoopBenchError::Stopped(signal));
     }
@@ -230,17 +230,17 @@ fn measure_here(
         realtime,
         realtime_granted: granted.has_priority,
         granted: granted.words,
-        ticks: record.ticks,
-        overruns: record.overruns,
-        allocations: record.heap.allocations,
-        scan_to_command: record.scan_to_command.percentiles(),
-        scans_replaced: record.scans_replaced,
+        ticks: tally.ticks,
+        overruns: tally.overruns,
+        allocations: tally.heap.allocations,
+        scan_to_command: tally.scan_to_command.percentiles(),
+        scans_replaced: tally.scans_replaced,
         round_trip: answers.round_trip,
         round_trips_missing: answers.unanswered,
-        tick: record.tick.percentiles(),
-        controller: record.controller.percentiles(),
-        wake_late: record.wake_late.percentiles(),
-        jitter: record.jitter.percentiles(),
+        tick: tally.tick.percentiles(),
+        controller: tally.controller.percentiles(),
+        wake_late: tally.wake_late.percentiles(),
+        jitter: tally.jitter.percentiles(),
     })
 }
 

@@ -1,5 +1,11 @@
 //! The robot side: drives with a checked model, and ticks without allocating.
+//!
+//! Reading order: [`run`] (driving), [`latency`] (how long things took), [`bench`] (the networks alone),
+//! [`bench_loop`] (the loop between two processes).
+
+pub mod run;
+
+pub mod latency;
 
 pub mod bench;
 pub mod bench_loop;
-pub mod run;

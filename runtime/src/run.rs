@@ -2,26 +2,25 @@
 //!
 //! | part | what it does |
 //! |---|---|
-//! | [`rest`] | from the last command to zero |
+//! | [`plan`] | the loop's words: pace, ends, errors |
 //! | [`ports`] | the runtime's side of the topics |
 //! | [`grid`] | absolute deadlines, in phase with the scans |
-//! | [`plan`] | the loop's words: pace, ends, errors |
+//! | [`rest`] | from the last command to zero |
 //! | [`drive`] | the loop: wait, read, tick, publish; nothing in it allocates |
 //! | [`realtime`] | locked memory, real-time priority, a core of its own |
-//! | [`histogram`], [`record`] | what is measured, in memory of fixed size |
+//! | [`tally`] | what is measured, in memory of fixed size |
 //! | [`live`] | a line a second, printed by another thread from atomics |
 //! | [`report`] | the end, for people and as JSON |
 
-pub mod drive;
-pub mod grid;
-pub mod histogram;
-pub mod live;
 pub mod plan;
 pub mod ports;
-pub mod realtime;
-pub mod record;
-pub mod report;
+pub mod grid;
 pub mod rest;
+pub mod drive;
+pub mod realtime;
+pub mod tally;
+pub mod live;
+pub mod report;
 
 use drive::drive;
 use live::Live;
@@ -35,10 +34,10 @@ use nav_model::model::{Model, ModelError};
 use plan::{DriveError, DrivePlan, End};
 use ports::Ports;
 use realtime::RealTime;
-use record::Record;
 use report::Report;
 use std::path::PathBuf;
 use std::sync::Arc;
+use tally::Tally;
 
 /// What will run, checked.
 #[derive(Clone, Debug)]
@@ -107,14 +106,14 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     for word in plan.realtime.enter().words {
         say(word);
     }
-    let mut record = Record::new(controller.task().control_period_ns());
-    let result = drive(&mut controller, &mut ports, &plan.drive, &stop, &live, &mut record);
+    let mut tally = Tally::new(controller.task().control_period_ns());
+    let result = drive(&mut controller, &mut ports, &plan.drive, &stop, &live, &mut tally);
     drop(printer);
     let ended = match &result {
         Ok(end) => end.to_string(),
         Err(error) => error.to_string(),
     };
-    let report = Report::new(&record, &plan.drive, plan.robot.as_str(), ended);
+    let report = Report::new(&tally, &plan.drive, plan.robot.as_str(), ended);
     let written = plan.report.as_ref().map_or(Ok(()), |path| {
         report.write(path).map_err(|source| RunError::Report { path: path.clone(), source })
     });

@@ -12,7 +12,7 @@ use runtime::run::drive::drive;
 use runtime::run::live::Live;
 use runtime::run::plan::{DriveError, DrivePlan, End, Pace};
 use runtime::run::ports::Ports;
-use runtime::run::record::Record;
+use runtime::run::tally::Tally;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread::sleep;
@@ -73,8 +73,8 @@ fn driven(plan: DrivePlan, scans: u64) -> (Result<End, DriveError>, Vec<CmdVel>)
         has_begun.recv().expect("scans come");
         let mut stub = Stub::new(|_| (0.8, 0.0));
         let (stop, live) = (Stop::default(), Live::default());
-        let mut record = Record::new(PERIOD.as_nanos() as u64);
-        let end = drive(&mut stub, &mut ports, &plan, &stop, &live, &mut record);
+        let mut tally = Tally::new(PERIOD.as_nanos() as u64);
+        let end = drive(&mut stub, &mut ports, &plan, &stop, &live, &mut tally);
         ended.store(true, Ordering::Relaxed);
         (end, listener.join().expect("no panic"))
     })

@@ -11,7 +11,7 @@ use runtime::run::drive::drive;
 use runtime::run::live::Live;
 use runtime::run::plan::{DrivePlan, End, Pace};
 use runtime::run::ports::Ports;
-use runtime::run::record::Record;
+use runtime::run::tally::Tally;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -44,7 +44,7 @@ fn publisher(config: IpcConfig, ended: Arc<AtomicBool>) -> std::thread::JoinHand
     })
 }
 
-fn heap_of_a_run(pace: Pace, allocates: bool) -> (Record, u64) {
+fn heap_of_a_run(pace: Pace, allocates: bool) -> (Tally, u64) {
     let stage = Stage::new();
     let config = IpcConfig::in_folder(&stage.ipc_root()).expect("a short path");
     let mut ports = Ports::open(&RobotName::new("robot").expect("a plain name"), &config).expect("ports");
@@ -64,22 +64,22 @@ fn heap_of_a_run(pace: Pace, allocates: bool) -> (Record, u64) {
         }
         (0.0, 0.0)
     });
-    let mut record = Record::new(5_000_000);
-    let end = drive(&mut stub, &mut ports, &plan, &Stop::default(), &Live::default(), &mut record);
+    let mut tally = Tally::new(5_000_000);
+    let end = drive(&mut stub, &mut ports, &plan, &Stop::default(), &Live::default(), &mut tally);
     assert_eq!(end.expect("a good run"), End::Duration);
     ended.store(true, Ordering::Relaxed);
     publisher.join().expect("the publisher ended well");
-    (record, stub.ticks)
+    (tally, stub.ticks)
 }
 
 #[test]
 fn a_loop_that_allocates_is_caught_and_one_that_does_not_is_not() {
     for pace in [Pace::Clock, Pace::Scan] {
-        let (record, ticks) = heap_of_a_run(pace, true);
+        let (tally, ticks) = heap_of_a_run(pace, true);
         assert!(ticks > 20, "{pace:?}: {ticks}");
-        assert_eq!(record.heap.allocations, ticks / 10, "{pace:?}: one in ten ticks");
-        let (record, ticks) = heap_of_a_run(pace, false);
-        assert_eq!((record.heap.allocations, record.heap.frees), (0, 0), "{pace:?}, {ticks} ticks");
-        assert_eq!(record.ticks, ticks);
+        assert_eq!(tally.heap.allocations, ticks / 10, "{pace:?}: one in ten ticks");
+        let (tally, ticks) = heap_of_a_run(pace, false);
+        assert_eq!((tally.heap.allocations, tally.heap.frees), (0, 0), "{pace:?}, {ticks} ticks");
+        assert_eq!(tally.ticks, ticks);
     }
 }

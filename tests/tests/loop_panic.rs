@@ -10,7 +10,7 @@ use runtime::run::drive::drive;
 use runtime::run::live::Live;
 use runtime::run::plan::{DrivePlan, Pace};
 use runtime::run::ports::Ports;
-use runtime::run::record::Record;
+use runtime::run::tally::Tally;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use support::Stage;
 use support::stub::Stub;
@@ -43,9 +43,9 @@ fn the_last_command_of_a_loop_that_panics_is_zero() {
         assert!(tick < 2, "a defect");
         (1.0, 0.5)
     });
-    let mut record = Record::new(100_000_000);
+    let mut tally = Tally::new(100_000_000);
     let driven = catch_unwind(AssertUnwindSafe(|| {
-        drive(&mut faulty, &mut ports, &plan, &Stop::default(), &Live::default(), &mut record)
+        drive(&mut faulty, &mut ports, &plan, &Stop::default(), &Live::default(), &mut tally)
     }));
     assert!(driven.is_err(), "the panic is not swallowed");
     let mut last = CmdVel::default();

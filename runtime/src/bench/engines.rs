@@ -4,6 +4,7 @@ use super::caches::Caches;
 use super::report::{EngineFigures, NetworkFigures};
 use super::samples::time;
 use super::{BenchError, BenchOptions, REHEARSAL};
+use crate::latency::Percentiles;
 use nav_model::alloc;
 use nav_model::load::LoadedNetwork;
 use serde::Serialize;
@@ -111,7 +112,7 @@ fn rehearsed(
     options: &BenchOptions,
     caches: &mut Caches,
     run: impl FnMut(),
-) -> Result<super::Percentiles, BenchError> {
+) -> Result<Percentiles, BenchError> {
     // Shared by preparation and measurement, which never run at once.
     let run = std::cell::RefCell::new(run);
     let prepare = || {

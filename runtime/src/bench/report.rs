@@ -1,7 +1,8 @@
 //! What a bench found, for people and for scripts.
 
+use super::Engine;
 use super::caches::Caches;
-use super::{Engine, Percentiles};
+use crate::latency::Percentiles;
 use nav_core::network::CpuLevel;
 use nav_host::cpu::Cpu;
 use serde::Serialize;
@@ -120,8 +121,8 @@ impl fmt::Display for NetworkFigures {
         if let [executor, others @ ..] = &self.engines[..] {
             let ratios = others.iter().map(|other| {
                 let ratio = |a: u64, b: u64| a as f64 / b.max(1) as f64;
-                let hot = ratio(other.hot.median_ns, executor.hot.median_ns);
-                let cold = ratio(other.cold.median_ns, executor.cold.median_ns);
+                let hot = ratio(other.hot.p50_ns, executor.hot.p50_ns);
+                let cold = ratio(other.cold.p50_ns, executor.cold.p50_ns);
                 format!("{} takes {hot:.1} times as long hot, {cold:.1} times cold", other.engine)
             });
             writeln!(f, "  {}", ratios.collect::<Vec<_>>().join("; "))?;
@@ -140,9 +141,8 @@ fn write_row(
     figures: &Percentiles,
     allocations: &str,
 ) -> fmt::Result {
-    let Percentiles { median_ns, p99_ns, p999_ns, max_ns } = *figures;
-    let times =
-        [median_ns, p99_ns, p999_ns, max_ns].map(|ns| format!("{:>9.2}", ns as f64 / 1000.0)).concat();
+    let Percentiles { p50_ns, p99_ns, p999_ns, max_ns, .. } = *figures;
+    let times = [p50_ns, p99_ns, p999_ns, max_ns].map(|ns| format!("{:>9.2}", ns as f64 / 1000.0)).concat();
     let row = format!("  {engine:<13}{state:<10}{times}           {allocations}");
     writeln!(f, "{}", row.trim_end())
 }

@@ -2,7 +2,7 @@
 
 use super::child::Bound;
 use super::{LoopBenchError, LoopBenchPlan, ROBOT, system};
-use crate::run::histogram::{Histogram, Percentiles};
+use crate::latency::{Latencies, Percentiles};
 use crate::run::realtime::RealTime;
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry};
 use nav_core::task::Lidar;
@@ -76,7 +76,7 @@ const REMEMBERED: usize = 256;
 #[derive(Debug)]
 struct Book {
     sent_ns: [u64; REMEMBERED],
-    round_trip: Histogram,
+    round_trip: Latencies,
     answered: u64,
     first_seq: Option<u64>,
     last_seq: u64,
@@ -84,7 +84,7 @@ struct Book {
 
 impl Book {
     fn new() -> Self {
-        let round_trip = Histogram::default();
+        let round_trip = Latencies::default();
         Self { sent_ns: [0; REMEMBERED], round_trip, answered: 0, first_seq: None, last_seq: 0 }
     }
 

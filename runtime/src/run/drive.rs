@@ -4,8 +4,8 @@ use super::grid::Grid;
 use super::live::Live;
 use super::plan::{DriveError, DrivePlan, End, Pace};
 use super::ports::Ports;
-use super::record::Record;
 use super::rest::Rest;
+use super::tally::Tally;
 use nav_core::messages::{Header, Status};
 use nav_core::tick::Tick;
 use nav_host::stop::Stop;
@@ -26,7 +26,7 @@ struct Loop<'a, T> {
     plan: &'a DrivePlan,
     stop: &'a Stop,
     live: &'a Live,
-    record: &'a mut Record,
+    tally: &'a mut Tally,
     period_ns: u64,
     step_max_m: f32,
     rest: Rest,
@@ -49,7 +49,7 @@ pub fn drive<T: Tick>(
     plan: &DrivePlan,
     stop: &Stop,
     live: &Live,
-    record: &mut Record,
+    tally: &mut Tally,
 ) -> Result<End, DriveError> {
     let task = *ticker.task();
     let period_ns = plan.period_ns.unwrap_or(task.control_period_ns());
@@ -61,7 +61,7 @@ pub fn drive<T: Tick>(
         plan,
         stop,
         live,
-        record,
+        tally,
         rest: Rest::new(&task, period_ns),
         status_seq: 0,
         heard_ns: monotonic_ns(),
@@ -76,7 +76,7 @@ pub fn drive<T: Tick>(
         }
     };
     let peer_left = matches!(result, Ok(End::PeerLeft));
-    running.record.close(monotonic_ns(), peer_left, running.step_max_m);
+    running.tally.close(monotonic_ns(), peer_left, running.step_max_m);
     // A simulator in lock-step is gone when it left; a robot may still roll by the last command.
     let at_rest = running.bring_to_rest(peer_left && plan.pace == Pace::Scan);
     let end = result?;
@@ -91,7 +91,7 @@ impl<T: Tick> Loop<'_, T> {
         }
         self.ports.refresh()?;
         let armed_ns = monotonic_ns();
-        self.record.armed_ns = armed_ns;
+        self.tally.armed_ns = armed_ns;
         if let Some(duration) = self.plan.duration {
             self.ends_ns = armed_ns.saturating_add(as_ns(duration));
         }
@@ -144,7 +144,7 @@ impl<T: Tick> Loop<'_, T> {
             }
             if is_new {
                 self.counted_tick(woken_ns, true)?;
-                self.live.store_trouble(self.record.overruns, self.record.heap.allocations);
+                self.live.store_trouble(self.tally.overruns, self.tally.heap.allocations);
             }
         }
     }
@@ -157,11 +157,11 @@ impl<T: Tick> Loop<'_, T> {
             if let Some(end) = self.reason_to_end(woken_ns)? {
                 return Ok(end);
             }
-            self.record.note_start(woken_ns);
+            self.tally.note_start(woken_ns);
             self.counted_tick(woken_ns, is_new)?;
             let skipped = grid.advance(monotonic_ns(), arrived_ns);
-            self.record.note_skipped(skipped);
-            self.live.store_trouble(self.record.overruns, self.record.heap.allocations);
+            self.tally.note_skipped(skipped);
+            self.live.store_trouble(self.tally.overruns, self.tally.heap.allocations);
         }
     }
 
@@ -180,14 +180,14 @@ impl<T: Tick> Loop<'_, T> {
         // A signal may have ended the wait.
         sleep_until(grid.deadline_ns());
         let woken_ns = monotonic_ns();
-        self.record.wake_late.record(woken_ns.saturating_sub(grid.deadline_ns()));
+        self.tally.wake_late.record(woken_ns.saturating_sub(grid.deadline_ns()));
         Ok((woken_ns, early_ns))
     }
 
     /// Runs a part of the loop and adds what it did to the heap.
     fn counted<R>(&mut self, part: impl FnOnce(&mut Self) -> R) -> R {
         let (result, counts) = alloc::count(|| part(self));
-        add(&mut self.record.heap, counts);
+        add(&mut self.tally.heap, counts);
         result
     }
 
@@ -196,8 +196,8 @@ impl<T: Tick> Loop<'_, T> {
         let ports = &self.ports;
         let (result, counts) = alloc::permit(|| alloc::count(|| ports.refresh()));
         if counts != Counts::default() {
-            self.record.reconnects += 1;
-            add(&mut self.record.reconnect_heap, counts);
+            self.tally.reconnects += 1;
+            add(&mut self.tally.reconnect_heap, counts);
         }
         Ok(result?)
     }
@@ -242,14 +242,14 @@ impl<T: Tick> Loop<'_, T> {
             odom_age_ns: inputs.odom.header.age_ns(now_ns),
             policy_ns: decided_ns - began_ns,
             tick_ns,
-            overruns: self.record.overruns,
+            overruns: self.tally.overruns,
         })?;
-        self.record.tick.record(tick_ns);
-        self.record.controller.record(decided_ns - began_ns);
+        self.tally.tick.record(tick_ns);
+        self.tally.controller.record(decided_ns - began_ns);
         if self.plan.pace == Pace::Clock && is_new {
-            self.record.note_answer(&inputs.scan.header, sent_ns);
+            self.tally.note_answer(&inputs.scan.header, sent_ns);
         }
-        self.record.note(&inputs, &status, self.step_max_m);
+        self.tally.note(&inputs, &status, self.step_max_m);
         self.live.store(&status, &command, tick_ns);
         Ok(())
     }

@@ -14,7 +14,7 @@ const FOLLOW_SHARE: i64 = 4;
 /// ...but by no more than this share of a period.
 const FOLLOW_MAX_SHARE: i64 = 32;
 
-/// See the module. All times are of one monotonic clock, ns.
+/// The deadlines of the ticks, one after the other. All times are of one monotonic clock, ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     period_ns: u64,

@@ -5,7 +5,7 @@ use nav_core::tick::Inputs;
 use nav_ipc::{IpcConfig, IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
 use std::time::Duration;
 
-/// See the module. Stays in the thread that opened it.
+/// The topics that a run reads and writes. Stays in the thread that opened it.
 #[derive(Debug)]
 pub struct Ports {
     scan_in: Reader<LaserScan>,

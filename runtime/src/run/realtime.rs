@@ -100,16 +100,6 @@ fn take_fifo(priority: u8) -> std::io::Result<()> {
     outcome(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameter) })
 }
 
-/// Gives the calling thread ordinary priority again.
-///
-/// # Errors
-/// The operating system refuses.
-pub fn leave_fifo() -> std::io::Result<()> {
-    let parameter = libc::sched_param { sched_priority: 0 };
-    // SAFETY: a valid parameter, for the calling thread.
-    outcome(unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const parameter) })
-}
-
 fn outcome(status: libc::c_int) -> std::io::Result<()> {
     if status == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
 }

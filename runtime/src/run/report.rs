@@ -1,13 +1,13 @@
 //! The end of a run, for people and as JSON.
 
-use super::histogram::Percentiles;
 use super::plan::{DrivePlan, Pace};
-use super::record::Record;
+use super::tally::Tally;
+use crate::latency::Percentiles;
 use nav_core::messages::{RunState, fault};
 use serde::Serialize;
 use std::path::Path;
 
-/// See the module.
+/// What a run came to.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// Version of this program.
@@ -87,36 +87,36 @@ pub struct FaultCount {
 }
 
 impl Report {
-    /// Adds up a record.
-    pub fn new(record: &Record, plan: &DrivePlan, robot: &str, ended: String) -> Self {
-        let state = |state: RunState| record.states[state as usize];
-        let armed_ns = if record.armed_ns == 0 { record.ended_ns } else { record.armed_ns };
-        let faults = record.faults.iter().enumerate().filter(|(_, ticks)| **ticks > 0);
+    /// Of a run that ended.
+    pub fn new(tally: &Tally, plan: &DrivePlan, robot: &str, ended: String) -> Self {
+        let state = |state: RunState| tally.states[state as usize];
+        let armed_ns = if tally.armed_ns == 0 { tally.ended_ns } else { tally.armed_ns };
+        let faults = tally.faults.iter().enumerate().filter(|(_, ticks)| **ticks > 0);
         Self {
             runtime_version: env!("CARGO_PKG_VERSION"),
             robot: robot.to_owned(),
             pace: plan.pace,
             ended,
-            duration_s: record.ended_ns.saturating_sub(armed_ns) as f64 / 1e9,
-            period_s: plan.period_ns.unwrap_or(record.period_ns) as f64 / 1e9,
-            ticks: record.ticks,
-            overruns: record.overruns,
-            skipped_periods: record.skipped_periods,
-            decisions: record.decisions,
-            goals: record.goals,
-            goals_reached: record.goals_reached,
-            distance_m: record.distance_m,
-            allocations: record.heap.allocations,
-            frees: record.heap.frees,
+            duration_s: tally.ended_ns.saturating_sub(armed_ns) as f64 / 1e9,
+            period_s: plan.period_ns.unwrap_or(tally.period_ns) as f64 / 1e9,
+            ticks: tally.ticks,
+            overruns: tally.overruns,
+            skipped_periods: tally.skipped_periods,
+            decisions: tally.decisions,
+            goals: tally.goals,
+            goals_reached: tally.goals_reached,
+            distance_m: tally.distance_m,
+            allocations: tally.heap.allocations,
+            frees: tally.heap.frees,
             allocations_counted: nav_model::alloc::is_installed(),
-            reconnects: record.reconnects,
-            reconnect_allocations: record.reconnect_heap.allocations,
-            tick: record.tick.percentiles(),
-            controller: record.controller.percentiles(),
-            scan_to_command: record.scan_to_command.percentiles(),
-            scans_replaced: record.scans_replaced,
-            wake_late: record.wake_late.percentiles(),
-            jitter: record.jitter.percentiles(),
+            reconnects: tally.reconnects,
+            reconnect_allocations: tally.reconnect_heap.allocations,
+            tick: tally.tick.percentiles(),
+            controller: tally.controller.percentiles(),
+            scan_to_command: tally.scan_to_command.percentiles(),
+            scans_replaced: tally.scans_replaced,
+            wake_late: tally.wake_late.percentiles(),
+            jitter: tally.jitter.percentiles(),
             states: States {
                 ready: state(RunState::Ready),
                 driving: state(RunState::Driving),

@@ -26,7 +26,7 @@ pub const fn command_age_limit_ns(period_ns: u64) -> u64 {
 /// Failed beams side by side may not hide more than this, rad.
 pub const BLIND_MAX_RAD: f32 = TAU / 8.0;
 
-/// See the module.
+/// Between the policy and the base: judges what comes in, limits what goes out.
 #[derive(Clone, Debug)]
 pub struct Guard {
     task: Task,

@@ -53,7 +53,7 @@ pub struct EvaluationRow {
     pub timeout: f32,
 }
 
-/// See the module.
+/// What a model is, as `manifest.json` says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {

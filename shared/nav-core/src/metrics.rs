@@ -83,9 +83,9 @@ pub struct EpisodeMetrics {
     pub path_efficiency: Option<f32>,
     /// Straight line over path length, the paper's reference; of successes only.
     pub path_efficiency_euclidean: Option<f32>,
-    /// See the module.
+    /// Mean smoothness of the turns, 0 to 1; higher is smoother.
     pub smoothness: f32,
-    /// See the module; absent for an episode without motion or of two steps at most.
+    /// Logarithm of the dimensionless jerk, negative; higher is smoother; absent for an episode without motion or of two steps at most.
     pub log_jerk: Option<f32>,
     /// Smallest clearance, m.
     pub clearance_min_m: f32,
@@ -93,9 +93,9 @@ pub struct EpisodeMetrics {
     pub clearance_mean_m: f32,
     /// Smallest time to collision, s; absent when nothing was ever approached.
     pub time_to_collision_min_s: Option<f32>,
-    /// See the module.
+    /// For how long the robot had stood when the episode ended, s.
     pub stood_at_end_s: f32,
-    /// See the module.
+    /// Share of the steps in which the robot span on the spot.
     pub spin: f32,
 }
 

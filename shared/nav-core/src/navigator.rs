@@ -33,7 +33,7 @@ const ARRIVAL_SHARE: f32 = 0.3;
 /// Or inside the radius, when it is this much farther from the centre than it was at best, m.
 const ARRIVAL_SLACK_M: f32 = 0.02;
 
-/// See the module.
+/// What the robot knows on its way to a goal.
 #[derive(Clone, Debug)]
 pub struct Navigator {
     task: Task,

@@ -38,19 +38,19 @@
 //!
 //! `unsafe` lives in the folder `kernels` only, behind functions that check every length.
 
-mod error;
-mod executor;
 mod functions;
-mod kernels;
-mod mlp;
-mod spec;
 mod step;
+mod spec;
+mod mlp;
+mod kernels;
+mod executor;
+mod error;
 
 pub use error::NetworkError;
 pub use executor::Network;
 pub use functions::Activation;
 pub use kernels::CpuLevel;
-pub use mlp::{Affine, Layer, MAX_LAYERS, MlpSpec, MlpWeights};
+pub use mlp::{Layer, MAX_LAYERS, MlpSpec, MlpWeights};
 pub use spec::{NetworkSpec, Operand};
 pub use step::{Combine, Reduce, Value};
 

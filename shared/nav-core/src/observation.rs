@@ -36,15 +36,11 @@ pub const LAYOUT: &str = "low: 36 log-clearance from -pi ccw, 36 change over 3 s
      2 x (v, w) sent; high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 12 globals; \
      candidate: 112; v4";
 
-/// The fine end of [`compress`], m.
+/// The fine end of [`Compression`], m.
 const COMPRESS_M: f32 = 0.25;
 
-/// Clearance on a logarithmic scale: 0 at contact, 1 at `range_max_m`, fine where it is close.
-pub fn compress(clearance_m: f32, range_max_m: f32) -> f32 {
-    Compression::new(range_max_m).of(clearance_m)
-}
-
-/// [`compress`] with its denominator worked out once.
+/// Clearance on a logarithmic scale: 0 at contact, 1 at the longest range, fine where it is close. Holds the inverse
+/// of its denominator.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compression(f32);
 
@@ -318,7 +314,8 @@ mod tests {
 
     #[test]
     fn compression_is_monotone_from_zero_to_one() {
-        assert!(compress(-0.1, 5.0) == 0.0 && (compress(5.0, 5.0) - 1.0).abs() < 1e-6);
-        assert!(compress(0.3, 5.0) - compress(0.1, 5.0) > 3.0 * (compress(4.3, 5.0) - compress(4.1, 5.0)));
+        let compress = |clearance_m| Compression::new(5.0).of(clearance_m);
+        assert!(compress(-0.1) == 0.0 && (compress(5.0) - 1.0).abs() < 1e-6);
+        assert!(compress(0.3) - compress(0.1) > 3.0 * (compress(4.3) - compress(4.1)));
     }
 }

@@ -1,8 +1,8 @@
 //! Rewards, in two profiles: [`paper`], exactly the equations of the source paper, and [`decomposed`], the
 //! one that converges. Pure functions of what happened in a step or a decision.
 
-pub mod decomposed;
 pub mod paper;
+pub mod decomposed;
 
 use serde::{Deserialize, Serialize};
 

@@ -98,18 +98,12 @@ pub struct ScanView {
     hits: Vec<Hit, MAX_BEAMS>,
     /// Direction (robot frame, unit vector) and free length (m) of every valid beam.
     rays: Vec<(f32, f32, f32), MAX_BEAMS>,
-    valid_share: f32,
 }
 
 impl ScanView {
     /// Before the first scan: nothing seen, everything free.
     pub fn new(geometry: &ScanGeometry) -> Self {
-        Self {
-            sectors_m: [geometry.range_max_m; SECTOR_COUNT],
-            hits: Vec::new(),
-            rays: Vec::new(),
-            valid_share: 0.0,
-        }
+        Self { sectors_m: [geometry.range_max_m; SECTOR_COUNT], hits: Vec::new(), rays: Vec::new() }
     }
 
     /// Digests a scan; the caller has checked that it [fits](crate::task::Lidar::fits).
@@ -133,7 +127,6 @@ impl ScanView {
                     self.hits.push(Hit { point: Point::new(free_m * cos, free_m * sin), range_m: free_m });
             }
         }
-        self.valid_share = self.rays.len() as f32 / geometry.beam_count.max(1) as f32;
         for sector in 0..SECTOR_COUNT {
             self.sectors_m[sector] = if nearest[sector].is_finite() {
                 nearest[sector]
@@ -161,11 +154,6 @@ impl ScanView {
     /// Every valid beam: unit direction (cos, sin) and free length, m.
     pub fn rays(&self) -> &[(f32, f32, f32)] {
         &self.rays
-    }
-
-    /// Share of the beams that were valid, 0 to 1.
-    pub fn valid_share(&self) -> f32 {
-        self.valid_share
     }
 
     /// Distance to the nearest hit from the robot's centre, m; infinite when nothing was hit.
@@ -220,7 +208,7 @@ mod tests {
         scan.ranges_m[41] = 0.0;
         view.update(&geometry, &scan);
         assert!(view.sectors_m().iter().all(|&range| (range - 1.0).abs() < 1e-6), "{:?}", view.sectors_m());
-        assert!((view.valid_share() - 70.0 / 72.0).abs() < 1e-6);
+        assert_eq!(view.rays().len(), 70);
         scan.ranges_m = [f32::NAN; MAX_BEAMS];
         view.update(&geometry, &scan);
         assert!(view.sectors_m().iter().all(|&range| range == 0.0), "blind is closed");

@@ -23,7 +23,8 @@ pub struct ActionMask(pub u32);
 
 impl ActionMask {
     /// Every action.
-    pub const ALL: Self = Self((1 << ACTION_COUNT) - 1);
+    #[cfg(test)]
+    pub(crate) const ALL: Self = Self((1 << ACTION_COUNT) - 1);
 
     /// Whether an action is legal.
     pub const fn allows(self, action: usize) -> bool {

@@ -26,5 +26,3 @@ pub const GOAL: Topic = Topic { name: "goal", type_name: "hybridnav/Goal/v1", wr
 pub const CMD_VEL: Topic = Topic { name: "cmd_vel", type_name: "hybridnav/CmdVel/v1", writer: "runtime" };
 /// What the runtime is doing.
 pub const STATUS: Topic = Topic { name: "status", type_name: "hybridnav/Status/v1", writer: "runtime" };
-/// Every topic.
-pub const ALL: [Topic; 5] = [SCAN, ODOM, GOAL, CMD_VEL, STATUS];

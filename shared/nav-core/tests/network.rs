@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use nav_core::network::{
-    Activation, Affine, Combine, CpuLevel, Layer, MAX_STEPS, MlpSpec, MlpWeights, Network, NetworkError,
-    NetworkSpec, Reduce,
+    Activation, Combine, CpuLevel, Layer, MAX_STEPS, MlpSpec, MlpWeights, Network, NetworkError, NetworkSpec,
+    Reduce,
 };
 use proptest::prelude::*;
 
@@ -190,22 +190,19 @@ proptest! {
 }
 
 #[test]
-fn normalisation_and_output_scaling_surround_the_layers() {
+fn normalisation_comes_before_the_layers() {
     let mlp = Mlp::new(&[5, 7, 2], Activation::Relu, Activation::Tanh, 3);
     let layers = mlp.layers();
     let (mean, inverse) = (numbers(8, 5), [0.5, 2.0, 1.0, 4.0, 0.25]);
-    let weights = MlpWeights::new(&layers)
-        .normalisation(&mean, &inverse)
-        .output_scaling(Affine { scale: &[0.5, 1.0], shift: &[0.5, 0.0] });
+    let weights = MlpWeights::new(&layers).normalisation(&mean, &inverse);
     let input = numbers(9, 5);
     let normal: Vec<f32> = input.iter().zip(&mean).zip(&inverse).map(|((x, m), i)| (x - m) * i).collect();
-    let tanh = mlp.reference(&normal);
     let mut network = pack(&mlp.shape(1).spec(&weights).unwrap(), CpuLevel::detect());
-    close(&run(&mut network, &input), &[tanh[0] * 0.5 + 0.5, tanh[1]]).unwrap();
+    close(&run(&mut network, &input), &mlp.reference(&normal)).unwrap();
 }
 
 #[test]
-fn layer_norm_dueling_slices_and_concatenation() {
+fn layer_norm_means_slices_and_concatenation() {
     let (rows, cols) = (3, 21);
     let (gain, bias) = (numbers(1, cols), numbers(2, cols));
     let mut spec = NetworkSpec::new();
@@ -213,7 +210,9 @@ fn layer_norm_dueling_slices_and_concatenation() {
     let normal = spec.layer_norm(x, &gain, &bias, 1e-5).unwrap();
     let left = normal.columns(0, 1).unwrap();
     let right = normal.columns(1, cols - 1).unwrap();
-    let dueling = spec.dueling(left, right).unwrap();
+    let mean = spec.reduce(Reduce::Mean, right).unwrap();
+    let centred = spec.combine(Combine::Sub, right, mean).unwrap();
+    let dueling = spec.combine(Combine::Add, left, centred).unwrap();
     let sum = spec.reduce(Reduce::Sum, right).unwrap();
     let joined = spec.concat(&[dueling, sum, left]).unwrap();
     spec.output(joined).unwrap();

@@ -87,11 +87,6 @@ impl Stop {
         let asked = self.0.load(Ordering::Relaxed);
         Signal::ALL.into_iter().find(|signal| *signal as usize == asked)
     }
-
-    /// Asks as a signal would.
-    pub fn request(&self, signal: Signal) {
-        self.0.store(signal as usize, Ordering::Relaxed);
-    }
 }
 
 fn is_ignored(signal: libc::c_int) -> bool {
@@ -111,7 +106,7 @@ mod tests {
         let stop = Stop::default();
         assert_eq!(stop.signal(), None);
         for signal in Signal::ALL {
-            stop.request(signal);
+            stop.0.store(signal as usize, Ordering::Relaxed);
             assert_eq!(stop.signal(), Some(signal));
             assert_eq!(signal as i32, signal.number(), "the repr is the system's number");
         }

@@ -40,14 +40,14 @@
 //!   trust domain. A hostile process of the same user can send wrong numbers, or crash a peer that reads
 //!   its memory. The stop must therefore also be guarded on the driver's side.
 
-pub mod clock;
-pub mod config;
-pub mod error;
 pub mod message;
-pub mod node;
-pub mod ports;
+pub mod config;
 pub mod service;
 mod slab;
+pub mod node;
+pub mod ports;
+pub mod error;
+pub mod clock;
 
 pub use config::{IpcConfig, RobotName};
 pub use error::IpcError;

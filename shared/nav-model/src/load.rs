@@ -14,19 +14,19 @@
 //! LeakyRelu, Tanh, Sigmoid, SiLU (as `x * Sigmoid(x)`), Softplus, LayerNormalization (also spelled out with Pow and Sqrt),
 //! ReduceSum and ReduceMean over the last axis, Flatten, Reshape, Squeeze, Unsqueeze, Slice, Split, Concat, Identity, Constant.
 
-mod arena;
+mod file;
 mod contract;
+mod preflight;
+mod weights;
+mod lower;
 mod dims;
 mod einsum;
-mod error;
-mod file;
 mod fold;
-mod lower;
+mod program;
+mod arena;
 mod oracle;
 mod parity;
-mod preflight;
-mod program;
-mod weights;
+mod error;
 
 pub use arena::Arena;
 pub use contract::{NetworkContract, Port};

@@ -89,12 +89,6 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Network<S> {
         output.copy_from_slice(&self.values_mut()[from..from + output.len()]);
     }
 
-    /// Runs the network on its last input and drops the result: brings weights and code into the caches shortly before
-    /// they are needed.
-    pub fn warm_up(&mut self) {
-        self.run_steps();
-    }
-
     /// Elements of the input, rows times columns.
     pub fn input_len(&self) -> usize {
         self.input.rows * self.input.cols
@@ -108,11 +102,6 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Network<S> {
     /// Rows and columns of the input.
     pub fn input_shape(&self) -> [usize; 2] {
         [self.input.rows, self.input.cols]
-    }
-
-    /// Rows and columns of the output.
-    pub fn output_shape(&self) -> [usize; 2] {
-        [self.output.rows, self.output.cols]
     }
 
     /// Number of steps a run takes.

@@ -13,8 +13,8 @@
 #![allow(unsafe_code, reason = "vector instructions; see the safety section")]
 
 mod cpu;
-mod lanes;
 mod panels;
+mod lanes;
 
 pub use cpu::CpuLevel;
 

@@ -24,42 +24,24 @@ pub struct Layer<'w> {
     pub bias: &'w [f32],
 }
 
-/// `x * scale + shift`, each one number a column or one for all.
-///
-/// For an input normalised as `(x - mean) / deviation`, see [`MlpWeights::normalisation`], which rounds as the exported
-/// graph does.
-#[derive(Clone, Copy, Debug)]
-pub struct Affine<'w> {
-    /// Factor.
-    pub scale: &'w [f32],
-    /// Added after the factor.
-    pub shift: &'w [f32],
-}
-
 /// The numbers of a multi-layer perceptron.
 #[derive(Clone, Copy, Debug)]
 pub struct MlpWeights<'w> {
     layers: &'w [Layer<'w>],
     normalisation: Option<(&'w [f32], &'w [f32])>,
-    output: Option<Affine<'w>>,
 }
 
 impl<'w> MlpWeights<'w> {
     /// Layers from input to output.
     pub fn new(layers: &'w [Layer<'w>]) -> Self {
-        Self { layers, normalisation: None, output: None }
+        Self { layers, normalisation: None }
     }
 
-    /// Normalises the input first: `(x - mean) * inverse_deviation`, one number a column each.
+    /// Normalises the input first: `(x - mean) * inverse_deviation`, one number a column each. Rounds as the exported
+    /// graph does.
     #[must_use]
     pub fn normalisation(self, mean: &'w [f32], inverse_deviation: &'w [f32]) -> Self {
         Self { normalisation: Some((mean, inverse_deviation)), ..self }
-    }
-
-    /// Scales the result last, after the output activation.
-    #[must_use]
-    pub fn output_scaling(self, affine: Affine<'w>) -> Self {
-        Self { output: Some(affine), ..self }
     }
 }
 
@@ -128,10 +110,6 @@ impl MlpSpec {
             }
             let activation = if index + 1 == weights.layers.len() { self.output } else { self.hidden };
             x = spec.linear(x, layer.weights, Some(layer.bias), activation)?;
-        }
-        if let Some(Affine { scale, shift }) = weights.output {
-            x = keep_cols(spec.combine(Combine::Mul, x, scale)?, x.cols())?;
-            x = keep_cols(spec.combine(Combine::Add, x, shift)?, x.cols())?;
         }
         spec.output(x)?;
         Ok(spec)

@@ -191,16 +191,6 @@ impl<'w> NetworkSpec<'w> {
         self.combine(Combine::Add, scaled, bias)
     }
 
-    /// The dueling sum `state_value + (advantages - mean(advantages))`; `state_value` has one column.
-    ///
-    /// # Errors
-    /// When the shapes do not fit.
-    pub fn dueling(&mut self, state_value: Value, advantages: Value) -> Result<Value, NetworkError> {
-        let mean = self.reduce(Reduce::Mean, advantages)?;
-        let centred = self.combine(Combine::Sub, advantages, mean)?;
-        self.combine(Combine::Add, state_value, centred)
-    }
-
     /// The parts side by side, all with the same number of rows.
     ///
     /// # Errors

@@ -1,13 +1,13 @@
 //! What a run measures, in memory of fixed size.
 
-use super::histogram::Histogram;
+use crate::latency::Latencies;
 use nav_core::messages::{Header, Odometry, RunState, fault};
 use nav_core::tick::{Inputs, TickStatus};
 use nav_model::alloc::Counts;
 
-/// See the module. Nothing here allocates after [`Record::new`].
+/// What a run adds up to. Nothing here allocates after [`Tally::new`].
 #[derive(Clone, Debug)]
-pub struct Record {
+pub struct Tally {
     /// The control period, ns.
     pub period_ns: u64,
     /// Ticks done.
@@ -17,17 +17,17 @@ pub struct Record {
     /// Whole periods skipped because of them.
     pub skipped_periods: u64,
     /// From wake-up to the published command, ns.
-    pub tick: Histogram,
+    pub tick: Latencies,
     /// The controller alone: observation, networks, guard, ns.
-    pub controller: Histogram,
+    pub controller: Latencies,
     /// From the scan's stamp to the published command, ns; of new scans, in clock pace only.
-    pub scan_to_command: Histogram,
+    pub scan_to_command: Latencies,
     /// Scans that another one replaced before they were read: gaps in their sequence, in clock pace only.
     pub scans_replaced: u64,
     /// How late the loop woke up when no scan started the tick, ns.
-    pub wake_late: Histogram,
+    pub wake_late: Latencies,
     /// Difference between one period and the next, ns; clock pace only.
-    pub jitter: Histogram,
+    pub jitter: Latencies,
     /// Ticks in each [`RunState`].
     pub states: [u64; RunState::ALL.len()],
     /// Ticks with each fault bit.
@@ -59,7 +59,7 @@ pub struct Record {
     last_interval_ns: Option<u64>,
 }
 
-impl Record {
+impl Tally {
     /// Nothing measured yet.
     pub fn new(period_ns: u64) -> Self {
         Self {
@@ -67,12 +67,12 @@ impl Record {
             ticks: 0,
             overruns: 0,
             skipped_periods: 0,
-            tick: Histogram::default(),
-            controller: Histogram::default(),
-            scan_to_command: Histogram::default(),
+            tick: Latencies::default(),
+            controller: Latencies::default(),
+            scan_to_command: Latencies::default(),
             scans_replaced: 0,
-            wake_late: Histogram::default(),
-            jitter: Histogram::default(),
+            wake_late: Latencies::default(),
+            jitter: Latencies::default(),
             states: [0; RunState::ALL.len()],
             faults: [0; fault::NAMES.len()],
             goals: 0,
@@ -169,7 +169,7 @@ impl Record {
         self.skipped_periods += skipped;
     }
 
-    /// Ends the record; `peer_left` when it ended because whoever published the scans left.
+    /// Ends the count; `peer_left` when it ended because whoever published the scans left.
     pub fn close(&mut self, ended_ns: u64, peer_left: bool, step_max_m: f32) {
         self.ended_ns = ended_ns;
         if peer_left {
@@ -184,62 +184,56 @@ mod tests {
     use nav_core::geometry::Pose;
     use nav_core::messages::{Goal, LaserScan};
 
-    fn tick(record: &mut Record, seq: u64, x_m: f32, goal: (u32, f32), state: RunState) {
-        tick_with(record, seq, x_m, goal, (state, 0));
+    fn tick(tally: &mut Tally, seq: u64, x_m: f32, goal: (u32, f32), state: RunState) {
+        tick_with(tally, seq, x_m, goal, (state, 0));
     }
 
-    fn tick_with(
-        record: &mut Record,
-        seq: u64,
-        x_m: f32,
-        goal: (u32, f32),
-        (state, faults): (RunState, u32),
-    ) {
+    fn tick_with(tally: &mut Tally, seq: u64, x_m: f32, goal: (u32, f32), (state, faults): (RunState, u32)) {
         let header = Header { stamp_ns: seq, seq };
         let odom = Odometry { header, pose: Pose::new(x_m, 0.0, 0.0), ..Odometry::default() };
         let message = Goal { header, id: goal.0, radius_m: 0.3, ..Goal::default() };
         let scan = LaserScan::default();
         let status = TickStatus { state, faults, goal_distance_m: goal.1, ..TickStatus::default() };
-        record.note(&Inputs { scan: &scan, odom: &odom, goal: &message }, &status, 0.1);
+        tally.note(&Inputs { scan: &scan, odom: &odom, goal: &message }, &status, 0.1);
     }
 
     #[test]
     fn distance_ignores_jumps_and_goals_are_counted_once() {
-        let mut record = Record::new(100);
+        let mut tally = Tally::new(100);
         for step in 0..11_u16 {
-            tick(&mut record, u64::from(step) + 1, f32::from(step) * 0.1, (1, 5.0), RunState::Driving);
+            tick(&mut tally, u64::from(step) + 1, f32::from(step) * 0.1, (1, 5.0), RunState::Driving);
         }
-        tick(&mut record, 12, 1.05, (1, 0.2), RunState::Reached);
-        tick(&mut record, 13, 1.05, (1, 0.2), RunState::Reached);
+        tick(&mut tally, 12, 1.05, (1, 0.2), RunState::Reached);
+        tick(&mut tally, 13, 1.05, (1, 0.2), RunState::Reached);
         // A new episode elsewhere; it ends one step before the goal, as a simulator shows it.
-        tick(&mut record, 14, -7.0, (2, 0.35), RunState::Driving);
-        tick(&mut record, 15, -7.0, (3, 9.0), RunState::Driving);
+        tick(&mut tally, 14, -7.0, (2, 0.35), RunState::Driving);
+        tick(&mut tally, 15, -7.0, (3, 9.0), RunState::Driving);
         // The fourth is reached in the step that its simulator no longer shows before it leaves.
-        tick(&mut record, 16, -7.0, (4, 0.39), RunState::Driving);
-        tick_with(&mut record, 16, -7.0, (4, 0.39), (RunState::Ready, fault::STALE_SCAN));
-        record.close(0, true, 0.1);
-        assert!((record.distance_m - 1.05).abs() < 1e-5, "{}", record.distance_m);
-        assert_eq!((record.goals, record.goals_reached), (4, 3));
-        assert_eq!(record.states[RunState::Reached as usize], 2);
+        tick(&mut tally, 16, -7.0, (4, 0.39), RunState::Driving);
+        tick_with(&mut tally, 16, -7.0, (4, 0.39), (RunState::Ready, fault::STALE_SCAN));
+        tally.close(0, true, 0.1);
+        assert!((tally.distance_m - 1.05).abs() < 1e-5, "{}", tally.distance_m);
+        assert_eq!((tally.goals, tally.goals_reached), (4, 3));
+        assert_eq!(tally.states[RunState::Reached as usize], 2);
     }
 
     #[test]
     fn scans_between_two_answers_are_unanswered() {
-        let mut record = Record::new(100);
+        let mut tally = Tally::new(100);
         // Four and five were overwritten; then another publisher begins anew.
         for seq in [2, 3, 6, 7, 1, 2] {
-            record.note_answer(&Header { stamp_ns: 10, seq }, 30);
+            tally.note_answer(&Header { stamp_ns: 10, seq }, 30);
         }
-        assert_eq!((record.scan_to_command.percentiles().count, record.scans_replaced), (6, 2));
+        assert_eq!((tally.scan_to_command.percentiles().count, tally.scans_replaced), (6, 2));
     }
 
     #[test]
     fn jitter_is_the_change_of_the_interval() {
-        let mut record = Record::new(100);
+        let mut tally = Tally::new(100);
         for start_ns in [0, 100, 200, 350, 450] {
-            record.note_start(start_ns);
+            tally.note_start(start_ns);
         }
-        let jitter = record.jitter.percentiles();
+        let jitter = tally.jitter.percentiles();
         assert_eq!((jitter.count, jitter.max_ns), (3, 50));
     }
 }
