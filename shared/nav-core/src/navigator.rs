@@ -143,7 +143,7 @@ impl Navigator {
 
     /// The goal of the present id lies here. If that is elsewhere than before, whether it is reached is found out anew.
     fn correct(&mut self, goal: Point, radius_m: f32) {
-        if goal == self.goal && radius_m == self.goal_radius_m {
+        if (goal, radius_m) == (self.goal, self.goal_radius_m) {
             return;
         }
         (self.goal, self.goal_radius_m) = (goal, radius_m);
