@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use nav_core::geometry::{Point, Pose};
+use nav_host::terminal::note;
 use nav_sim::cylinders::{Surroundings, read};
 use nav_sim::world_file::{check, save};
 use std::io::Write as _;
@@ -60,7 +61,7 @@ impl Import {
                 Ok(()) => save(&self.out.join(format!("{}.toml", world.name)), world)?,
                 Err(problem) => {
                     left_out += 1;
-                    eprintln!("simulator: {} is left out: {problem}", world.name);
+                    note(format_args!("simulator: {} is left out: {problem}", world.name));
                 }
             }
         }

@@ -4,6 +4,7 @@ use anyhow::{Result, ensure};
 use nav_core::geometry::{Point, Pose};
 use nav_core::task::Task;
 use nav_env::worlds::Place;
+use nav_host::terminal::note;
 use nav_sim::families::{DESIGN_RADIUS_M, Family, Split};
 use nav_sim::map_file::{Map, MapOptions};
 use nav_sim::world::World;
