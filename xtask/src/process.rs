@@ -54,10 +54,9 @@ impl Process {
     /// Waits for its end.
     ///
     /// # Errors
-    /// As [`Self::require_success`].
-    pub(crate) fn finish(&mut self) -> Result<()> {
-        let status = self.child.wait().context("could not look after a process of the demo")?;
-        self.require_success(status)
+    /// As [`Self::ended`].
+    pub(crate) fn wait(&mut self) -> Result<ExitStatus> {
+        self.child.wait().context("could not look after a process of the demo")
     }
 
     /// Makes a failure an error: the last line that it printed, and where the rest is.

@@ -39,7 +39,11 @@ impl Training<'_> {
         if beside.ended()?.is_none() {
             say("  waiting for the flat TD3");
         }
-        beside.finish()?;
+        let status = beside.wait()?;
+        // A rival that trained to its end need not be good enough to be exported: then the trainer ends with status 1.
+        if !flat.join("policy.bin").is_file() {
+            beside.require_success(status)?;
+        }
         Ok(flat)
     }
 
