@@ -1,6 +1,6 @@
 //! The robot side: drives with a checked model, and ticks without allocating.
 //!
-//! Reading order: [`run`] (driving), [`latency`] (how long things took), [`bench`] (the networks alone),
+//! Reading order: [`run`] (driving), [`latency`] (how long things took), [`mod@bench`] (the networks alone),
 //! [`bench_loop`] (the loop between two processes).
 
 pub mod run;

@@ -6,7 +6,7 @@
 //! | [`ports`] | the runtime's side of the topics |
 //! | [`grid`] | absolute deadlines, in phase with the scans |
 //! | [`rest`] | from the last command to zero |
-//! | [`drive`] | the loop: wait, read, tick, publish; nothing in it allocates |
+//! | [`mod@drive`] | the loop: wait, read, tick, publish; nothing in it allocates |
 //! | [`realtime`] | locked memory, real-time priority, a core of its own |
 //! | [`tally`] | what is measured, in memory of fixed size |
 //! | [`live`] | a line a second, printed by another thread from atomics |

@@ -20,7 +20,7 @@ pub(crate) struct Wheel {
     pub platform: &'static str,
     /// Digest of the file, in hexadecimal.
     pub sha256: &'static str,
-    /// Size of the file, for the progress line. [MB]
+    /// Size of the file, for the progress line, MB.
     pub size_mb: u64,
 }
 

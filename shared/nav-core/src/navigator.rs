@@ -198,7 +198,7 @@ impl Navigator {
     /// Whether the goal of the present id was reached; it stays reached unless a correction moves it away.
     ///
     /// Odometry drifts, so that the robot does not stop at the rim of the goal's radius: it drives on towards
-    /// the centre until it is within [`ARRIVAL_SHARE`] of the radius, or no longer comes closer.
+    /// the centre until it is within a third of the radius, or no longer comes closer.
     pub fn goal_reached(&self) -> bool {
         self.has_arrived
     }
