@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::dqn::DqnConfig;
 use crate::td3::Td3Config;
 
+pub mod bounds;
 mod check;
 mod profiles;
 mod read;
