@@ -105,6 +105,13 @@ impl Td3 {
         &self.actor
     }
 
+    /// Takes over the weights of another actor, for itself and its target; false, and nothing changes, when it is of
+    /// another size.
+    #[must_use]
+    pub fn set_actor(&mut self, actor: &Mlp) -> bool {
+        self.actor.set_parameters(actor.parameters()) && self.actor_target.set_parameters(actor.parameters())
+    }
+
     /// Updates made.
     pub fn updates(&self) -> u64 {
         self.updates

@@ -42,6 +42,17 @@ pub struct GateReport {
     pub missed: Vec<String>,
 }
 
+/// What is judged.
+#[derive(Clone, Copy, Debug)]
+pub struct Networks<'a> {
+    /// The low level.
+    pub actor: &'a Weights,
+    /// How its observations are normalised.
+    pub normaliser: &'a Normaliser,
+    /// The high level; none in a flat policy.
+    pub scorer: Option<&'a Weights>,
+}
+
 /// What validation worlds are for: no world both chooses and judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -74,14 +85,13 @@ pub fn validation_places(config: &Config, purpose: Purpose) -> Vec<Place> {
 pub fn score_families(
     config: &Config,
     task: &Task,
-    (actor, normaliser): (&Weights, &Normaliser),
-    scorer: Option<&Weights>,
+    networks: &Networks<'_>,
     places: &[Place],
 ) -> Result<Vec<FamilyScore>> {
     let controller = || -> Result<_> {
-        let low = pack(&actor.network()?, Some(normaliser), 1)?;
-        let high =
-            scorer.map(|scorer| anyhow::Ok(pack(&scorer.network()?, None, ACTION_COUNT)?)).transpose()?;
+        let low = pack(&networks.actor.network()?, Some(networks.normaliser), 1)?;
+        let high = networks.scorer.map(|scorer| anyhow::Ok(pack(&scorer.network()?, None, ACTION_COUNT)?));
+        let high = high.transpose()?;
         Ok(Controller::new(task, high, low)?)
     };
     // Built once here so that an error shows before threads start.

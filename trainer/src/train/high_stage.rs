@@ -1,11 +1,11 @@
-//! Stage B: DQN learns to choose subgoals for the frozen low level.
+//! Robots that decide above a low level that does not change, for DQN to learn from.
 //!
-//! A round: every robot takes a decision on one thread while the learner makes the updates that are due on
-//! another, from the rounds before. Which is which does not depend on time, so a run repeats exactly.
+//! A round: every robot takes a decision on one thread while the learner makes the updates that are due on another,
+//! from the rounds before.
 
-use anyhow::{Result, ensure};
-use nav_core::observation::{CANDIDATE_FEATURES, HIGH_OBSERVATION, expand_candidates};
-use nav_core::task::ACTION_COUNT;
+use anyhow::{Context, Result, ensure};
+use nav_core::observation::{CANDIDATE_FEATURES, expand_candidates};
+use nav_core::task::{ACTION_COUNT, ACTION_GOAL};
 use nav_env::ActingNetwork;
 use nav_env::high::{DecisionReport, HighRobot, HighTransition, random_action};
 use nav_env::seeds::derive;
@@ -15,44 +15,35 @@ use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-use crate::acting::{pack, repack};
+use super::learners::Learners;
+use super::low_learner::OTHER;
+use super::plan::StagePlan;
+use super::stage::Stage;
+use super::window::{Ended, Window};
+use crate::checkpoint::{Checkpoint, Contents};
 use crate::config::{Config, HighConfig};
-use crate::dqn::{Candidates, Decision, DecisionBatch, Dqn, DqnLosses, DqnState};
+use crate::logs::Status;
 use crate::nn::Rng;
-use crate::replay::{ReplayBuffer, ReplayPosition};
-use crate::train::window::{Ended, Window};
 
-/// Stage B under way.
+/// The robots of a high level that learns.
 pub struct HighStage {
-    config: Arc<HighConfig>,
-    learner: Dqn,
-    replay: ReplayBuffer,
+    budget: u64,
+    config: HighConfig,
     robots: Vec<HighRobot>,
     explorers: Vec<Rng>,
-    sampler: Rng,
-    batch: DecisionBatch,
-    acting: ActingNetwork,
-    low: ActingNetwork,
     decisions: u64,
     env_steps: u64,
     episodes: Window,
-    losses: DqnLosses,
-    rate_factor: f32,
 }
 
-/// Everything that a checkpoint keeps of the stage but the replay buffer's rows.
+/// What a checkpoint keeps of the stage.
 #[derive(Serialize, Deserialize)]
-pub struct HighState {
-    learner: DqnState,
-    replay: ReplayPosition,
+struct HighStageState {
     histories: Vec<(u64, Vec<u8>)>,
     explorers: Vec<Rng>,
-    sampler: Rng,
     decisions: u64,
     env_steps: u64,
     episodes: Window,
-    losses: DqnLosses,
-    rate_factor: f32,
 }
 
 /// What the robots bring back from a round.
@@ -62,105 +53,33 @@ struct Harvest {
     reports: Vec<DecisionReport>,
 }
 
-/// The learner's and the executor's view of a decision.
-pub const CANDIDATES: Candidates = Candidates {
-    observation: HIGH_OBSERVATION,
-    count: ACTION_COUNT,
-    width: CANDIDATE_FEATURES,
-    expand: expand_candidates,
-};
-
 impl HighStage {
-    /// A fresh stage above a low level.
-    ///
-    /// # Errors
-    /// A network that the executor cannot hold.
-    pub fn new(config: &Config, places: Arc<Vec<Place>>, low: ActingNetwork) -> Result<Self> {
-        let high = Arc::new(config.high.clone());
-        let robots = (0..high.envs as u64)
-            .map(|robot| {
-                let seed = derive(config.seed, 3_000 + robot);
-                HighRobot::new(high.robot(), places.clone(), &config.task, &config.disturbance, seed)
-            })
-            .collect();
-        let learner = Dqn::new(CANDIDATES, high.dqn.clone(), derive(config.seed, 3));
-        let explorer = |robot: u64| Rng::seed_from_u64(derive(config.seed, 4_000 + robot));
-        Ok(Self {
-            acting: pack(learner.scorer(), None, ACTION_COUNT)?,
-            learner,
-            replay: ReplayBuffer::new(high.replay_capacity, Decision::row_length(HIGH_OBSERVATION)),
-            robots,
-            explorers: (0..high.envs as u64).map(explorer).collect(),
-            sampler: Rng::seed_from_u64(derive(config.seed, 4)),
-            batch: DecisionBatch::new(high.batch, HIGH_OBSERVATION),
-            low,
+    /// Robots at their first decision.
+    pub fn new(config: &Config, plan: &StagePlan, places: Arc<Vec<Place>>) -> Self {
+        let streams = plan.streams.map(|first| (first..).take(plan.robots).map(|s| derive(config.seed, s)));
+        let [seeds, exploration] = streams;
+        let high = &config.high;
+        let robot =
+            |seed| HighRobot::new(high.robot(), places.clone(), &config.task, &config.disturbance, seed);
+        Self {
+            budget: plan.budget,
+            config: high.clone(),
+            robots: seeds.map(robot).collect(),
+            explorers: exploration.map(Rng::seed_from_u64).collect(),
             decisions: 0,
             env_steps: 0,
             episodes: Window::new(400),
-            losses: DqnLosses::default(),
-            rate_factor: 1.0,
-            config: high,
-        })
-    }
-
-    /// Whether the stage has had its decisions.
-    pub fn is_finished(&self) -> bool {
-        self.decisions >= self.config.decisions
+        }
     }
 
     /// Share of random choices now.
-    pub fn epsilon(&self) -> f32 {
+    fn epsilon(&self) -> f32 {
         let [start, end] = self.config.epsilon;
-        let span = self.config.epsilon_share * self.config.decisions as f32;
+        let span = self.config.epsilon_share * self.budget as f32;
         start + (end - start) * (self.decisions as f32 / span.max(1.0)).min(1.0)
     }
 
-    /// One decision of every robot, and the updates that are due.
-    ///
-    /// # Errors
-    /// A learner whose numbers are no longer finite.
-    pub fn round(&mut self) -> Result<()> {
-        let epsilon = self.epsilon();
-        let progress = self.decisions as f32 / self.config.decisions as f32;
-        let start = self.config.dqn.learning_rate;
-        let rate = start + (self.config.final_learning_rate - start) * progress.min(1.0);
-        self.learner.set_learning_rate(rate * self.rate_factor);
-        let due = self.decisions.saturating_sub(self.config.warmup_decisions)
-            / u64::from(self.config.decisions_per_update);
-        let Self { config, robots, explorers, acting, low, learner, batch, replay, sampler, losses, .. } =
-            self;
-        let harvest = std::thread::scope(|scope| {
-            let driving = scope.spawn(|| drive_round(config, robots, explorers, acting, low, epsilon));
-            while learner.updates() < due {
-                batch.sample(replay, sampler);
-                *losses = learner.update(batch);
-            }
-            driving.join()
-        });
-        let harvest = harvest.map_err(|_| anyhow::anyhow!("a robot's thread panicked: this is a defect"))?;
-        ensure!(
-            self.losses.is_sane(),
-            "the high level diverged after {} updates (a loss or value has exploded): try a lower \
-             high.dqn.learning_rate",
-            self.learner.updates()
-        );
-        self.take_in(harvest);
-        repack(&mut self.acting, self.learner.scorer(), None, ACTION_COUNT)?;
-        Ok(())
-    }
-
-    fn take_in(&mut self, harvest: Harvest) {
-        for transition in &harvest.transitions {
-            Decision {
-                observation: &transition.observation,
-                action: transition.action as u32,
-                reward: transition.reward,
-                discount: transition.discount,
-                next_observation: &transition.next_observation,
-                next_mask: transition.next_mask.0,
-            }
-            .store(&mut self.replay);
-        }
+    fn take_in(&mut self, harvest: &Harvest) {
         for report in &harvest.reports {
             self.decisions += 1;
             self.env_steps += u64::from(report.steps);
@@ -173,103 +92,104 @@ impl HighStage {
             }
         }
     }
+}
 
-    /// Multiplies the learning rate, after a divergence.
-    pub fn scale_learning_rate(&mut self, factor: f32) {
-        self.rate_factor *= factor;
+impl Stage for HighStage {
+    fn round(&mut self, learners: &mut Learners) -> Result<()> {
+        let Learners { low, high } = learners;
+        let high = high.as_mut().context("a flat policy has no high level: this is a defect")?;
+        let (epsilon, progress) = (self.epsilon(), self.decisions as f32 / self.budget as f32);
+        let (goal_share, robots, explorers) =
+            (self.config.random_goal_share, &mut self.robots, &mut self.explorers);
+        let low = low.acting();
+        let harvest = high.learn_beside(progress, |acting| {
+            drive_round(robots, explorers, acting, low, (epsilon, goal_share))
+        })?;
+        self.take_in(&harvest);
+        high.take_in(harvest.reports.len() as u64, &harvest.transitions)
     }
 
-    /// Decisions of all robots so far.
-    pub fn decisions(&self) -> u64 {
-        self.decisions
+    fn is_finished(&self) -> bool {
+        self.decisions >= self.budget
     }
 
-    /// Steps of all robots so far.
-    pub fn env_steps(&self) -> u64 {
-        self.env_steps
+    fn collapse(&self, _: &Learners) -> Option<String> {
+        None
     }
 
-    /// The learner.
-    pub fn learner(&self) -> &Dqn {
-        &self.learner
+    fn can_save(&self, _: &Learners) -> bool {
+        true
     }
 
-    /// What the newest update told.
-    pub fn losses(&self) -> &DqnLosses {
-        &self.losses
+    fn status(&self, learners: &Learners) -> Status {
+        Status {
+            position: self.decisions,
+            steps: self.env_steps,
+            updates: learners.high.as_ref().map_or(0, |high| high.learner().updates()),
+            success: (self.episodes.total() > 0).then(|| self.episodes.success()),
+        }
     }
 
-    /// How the newest episodes ended (with exploration).
-    pub fn episodes(&self) -> &Window {
-        &self.episodes
+    fn scalars(&self, learners: &Learners) -> Vec<(&'static str, f64)> {
+        let losses = learners.high.as_ref().map(|high| *high.losses()).unwrap_or_default();
+        let scalars: [(&str, f32); 9] = [
+            ("high/success", self.episodes.success()),
+            ("high/collision", self.episodes.collision()),
+            ("high/return", self.episodes.mean_return()),
+            ("high/epsilon", self.epsilon()),
+            ("dqn/loss", losses.loss),
+            ("dqn/q_mean", losses.q_mean),
+            ("dqn/q_max", losses.q_max),
+            ("dqn/error_mean", losses.error_mean),
+            ("dqn/gradient_norm", losses.gradient_norm),
+        ];
+        scalars.into_iter().map(|(name, value)| (name, f64::from(value))).collect()
     }
 
-    /// The rows of the replay buffer, for a checkpoint.
-    pub fn replay_rows(&self) -> &[f32] {
-        self.replay.rows()
-    }
-
-    /// What a checkpoint keeps beside the rows.
-    pub fn state(&self) -> HighState {
+    fn add_to(&self, contents: &mut Contents<'_>) -> Result<()> {
         let history = |robot: &HighRobot| (robot.history().0, robot.history().1.to_vec());
-        HighState {
-            learner: self.learner.state(),
-            replay: self.replay.position(),
+        let state = HighStageState {
             histories: self.robots.iter().map(history).collect(),
             explorers: self.explorers.clone(),
-            sampler: self.sampler.clone(),
             decisions: self.decisions,
             env_steps: self.env_steps,
             episodes: self.episodes.clone(),
-            losses: self.losses,
-            rate_factor: self.rate_factor,
-        }
+        };
+        Ok(contents.value("stage", &state)?)
     }
 
-    /// Continues exactly from a state and its rows.
-    ///
-    /// # Errors
-    /// A state of another configuration.
-    pub fn restore(&mut self, state: HighState, rows: Vec<f32>) -> Result<()> {
-        const OTHER: &str = "the checkpoint is of another configuration than the run's config.toml";
-        ensure!(state.histories.len() == self.robots.len(), OTHER);
-        ensure!(state.explorers.len() == self.explorers.len(), OTHER);
-        ensure!(self.learner.restore(state.learner), OTHER);
-        self.replay = ReplayBuffer::restore(state.replay, rows).ok_or_else(|| anyhow::anyhow!(OTHER))?;
+    fn restore_from(&mut self, checkpoint: &Checkpoint, learners: &mut Learners) -> Result<()> {
+        let state: HighStageState = checkpoint.value("stage")?;
+        let lengths = [state.histories.len(), state.explorers.len()];
+        ensure!(lengths == [self.robots.len(); 2], OTHER);
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {
-            robot.replay(*number, actions, &mut self.low);
+            robot.replay(*number, actions, learners.low.acting());
         }
         self.explorers = state.explorers;
-        self.sampler = state.sampler;
         self.decisions = state.decisions;
         self.env_steps = state.env_steps;
         self.episodes = state.episodes;
-        self.losses = state.losses;
-        self.rate_factor = state.rate_factor;
-        repack(&mut self.acting, self.learner.scorer(), None, ACTION_COUNT)?;
         Ok(())
     }
 }
 
-/// One decision of every robot.
+/// One decision of every robot; a share `epsilon` of them random, a share `goal_share` of those GOAL.
 fn drive_round(
-    config: &HighConfig,
     robots: &mut [HighRobot],
     explorers: &mut [Rng],
     acting: &mut ActingNetwork,
     low: &mut ActingNetwork,
-    epsilon: f32,
+    (epsilon, goal_share): (f32, f32),
 ) -> Harvest {
     let mut harvest = Harvest::default();
     let mut rows = vec![0.0; ACTION_COUNT * CANDIDATE_FEATURES];
     let mut values = [0.0; ACTION_COUNT];
     for (robot, rng) in robots.iter_mut().zip(explorers) {
-        let explored = (rng.random::<f32>() < epsilon)
-            .then(|| random_action(robot.mask(), config.random_goal_share, rng));
+        let explored = (rng.random::<f32>() < epsilon).then(|| random_action(robot.mask(), goal_share, rng));
         let action = explored.unwrap_or_else(|| {
             expand_candidates(robot.observation(), &mut rows);
             acting.run(&rows, &mut values);
-            robot.mask().best(&values, 0.0).unwrap_or(nav_core::task::ACTION_GOAL)
+            robot.mask().best(&values, 0.0).unwrap_or(ACTION_GOAL)
         });
         harvest.reports.push(robot.decide(action, low, &mut harvest.transitions));
     }

@@ -10,9 +10,9 @@ use nav_sim::families::{Family, Split};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-use crate::acting::{Normaliser, pack};
+use super::low_learner::LowLearner;
+use crate::acting::pack;
 use crate::config::Config;
-use crate::nn::Mlp;
 
 /// Attempts in each family. A share near 97 % of six times as many is known to 0.35 percentage points.
 const ATTEMPTS: usize = 400;
@@ -60,8 +60,8 @@ impl std::fmt::Display for LowReport {
 ///
 /// # Errors
 /// A network that the executor cannot hold.
-pub fn score_low(config: &Config, actor: &Mlp, normaliser: &Normaliser) -> Result<LowReport> {
-    let mut network = pack(actor, Some(normaliser), 1)?;
+pub fn score_low(config: &Config, low: &LowLearner) -> Result<LowReport> {
+    let mut network = pack(low.learner().actor(), low.normaliser(), 1)?;
     let mut families: Vec<_> =
         config.low.families.iter().copied().filter(|family| !family.has_people()).collect();
     if families.is_empty() {

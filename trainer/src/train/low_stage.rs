@@ -1,11 +1,10 @@
-//! Stage A: TD3 learns to drive to targets.
+//! Robots that drive to targets, for TD3 to learn from.
 //!
 //! A round: every robot takes a step, then the learner makes the updates that are due.
 
 use anyhow::{Result, ensure};
-use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
-use nav_env::ActingNetwork;
-use nav_env::low::{Attempt, LowRobot, LowTransition};
+use nav_core::observation::LOW_ACTION;
+use nav_env::low::{Attempt, LowRobot};
 use nav_env::seeds::derive;
 use nav_env::worlds::Place;
 use rand::{RngExt, SeedableRng};
@@ -13,173 +12,98 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::explore::explore;
-use crate::acting::{Normaliser, pack, repack};
-use crate::config::{Config, LowConfig};
+use super::learners::Learners;
+use super::low_learner::OTHER;
+use super::plan::StagePlan;
+use super::stage::Stage;
+use super::window::{Ended, Window};
+use crate::checkpoint::{Checkpoint, Contents};
+use crate::config::{CollapseConfig, Config};
+use crate::logs::Status;
 use crate::nn::Rng;
-use crate::replay::{ReplayBuffer, ReplayPosition};
-use crate::td3::{Batch, Td3, Td3Losses, Td3State, Transition};
-use crate::train::window::{Ended, Window};
 
-/// Stage A under way.
+/// The robots of a low level that learns.
 pub struct LowStage {
-    config: Arc<LowConfig>,
-    learner: Td3,
-    replay: ReplayBuffer,
-    /// Raw observations of the warm-up, for the normaliser.
-    warmup: Vec<LowTransition>,
-    normaliser: Option<Normaliser>,
+    budget: u64,
+    /// Standard deviation of the exploration noise, `[least, most]`.
+    noise: [f32; 2],
+    collapse: CollapseConfig,
     robots: Vec<LowRobot>,
-    noise: Vec<Rng>,
-    sampler: Rng,
-    batch: Batch,
-    acting: ActingNetwork,
+    explorers: Vec<Rng>,
     env_steps: u64,
     attempts: Window,
     /// Rewards of each robot's present attempt, summed.
     returns: Vec<f32>,
-    losses: Td3Losses,
-    rate_factor: f32,
 }
 
-/// Everything that a checkpoint keeps of the stage but the replay buffer's rows.
+/// What a checkpoint keeps of the stage.
 #[derive(Serialize, Deserialize)]
-pub struct LowState {
-    learner: Td3State,
-    replay: ReplayPosition,
-    normaliser: Option<Normaliser>,
+struct LowStageState {
     histories: Vec<(u64, Vec<[f32; LOW_ACTION]>)>,
-    noise: Vec<Rng>,
-    sampler: Rng,
+    explorers: Vec<Rng>,
     env_steps: u64,
     attempts: Window,
-    /// Rewards of each robot's present attempt, summed.
     returns: Vec<f32>,
-    losses: Td3Losses,
-    rate_factor: f32,
 }
 
 impl LowStage {
-    /// A fresh stage.
-    ///
-    /// # Errors
-    /// A network that the executor cannot hold.
-    pub fn new(config: &Config, places: Arc<Vec<Place>>) -> Result<Self> {
-        let low = Arc::new(config.low.clone());
-        let robots = (0..low.envs as u64)
-            .map(|robot| {
-                let seed = derive(config.seed, 1_000 + robot);
-                LowRobot::new(low.robot(), places.clone(), &config.task, &config.disturbance, seed)
-            })
-            .collect();
-        let learner = Td3::new(LOW_OBSERVATION, LOW_ACTION, low.td3.clone(), derive(config.seed, 1));
-        Ok(Self {
-            acting: pack(learner.actor(), Some(&Normaliser::identity()), 1)?,
-            learner,
-            replay: ReplayBuffer::new(
-                low.replay_capacity,
-                Transition::row_length(LOW_OBSERVATION, LOW_ACTION),
-            ),
-            warmup: Vec::new(),
-            normaliser: None,
-            robots,
-            noise: (0..low.envs as u64)
-                .map(|robot| Rng::seed_from_u64(derive(config.seed, 2_000 + robot)))
-                .collect(),
-            sampler: Rng::seed_from_u64(derive(config.seed, 2)),
-            batch: Batch::new(low.batch, LOW_OBSERVATION, LOW_ACTION),
+    /// Robots at their first step.
+    pub fn new(config: &Config, plan: &StagePlan, places: Arc<Vec<Place>>) -> Self {
+        let streams = plan.streams.map(|first| (first..).take(plan.robots).map(|s| derive(config.seed, s)));
+        let [seeds, exploration] = streams;
+        let low = &config.low;
+        let robot =
+            |seed| LowRobot::new(low.robot(), places.clone(), &config.task, &config.disturbance, seed);
+        Self {
+            budget: plan.budget,
+            noise: low.noise,
+            collapse: low.collapse.clone(),
+            robots: seeds.map(robot).collect(),
+            explorers: exploration.map(Rng::seed_from_u64).collect(),
             env_steps: 0,
             attempts: Window::new(1_000),
-            returns: vec![0.0; low.envs],
-            losses: Td3Losses::default(),
-            rate_factor: 1.0,
-            config: low,
-        })
+            returns: vec![0.0; plan.robots],
+        }
     }
 
-    /// Whether the stage has had its steps.
-    pub fn is_finished(&self) -> bool {
-        self.env_steps >= self.config.env_steps
+    fn progress(&self) -> f32 {
+        self.env_steps as f32 / self.budget as f32
     }
+}
 
-    /// One step of every robot, and the updates that are due.
-    ///
-    /// # Errors
-    /// A learner whose numbers are no longer finite.
-    pub fn round(&mut self) -> Result<()> {
-        let progress = self.env_steps as f32 / self.config.env_steps as f32;
-        let is_warm = self.env_steps >= self.config.warmup_steps;
-        for robot in 0..self.robots.len() {
-            let rng = &mut self.noise[robot];
-            let action = if is_warm {
+impl Stage for LowStage {
+    fn round(&mut self, learners: &mut Learners) -> Result<()> {
+        let (low, progress, robots) = (&mut learners.low, self.progress(), self.robots.len());
+        for (index, (robot, rng)) in self.robots.iter_mut().zip(&mut self.explorers).enumerate() {
+            let action = if low.is_warm() {
                 let mut action = [0.0; LOW_ACTION];
-                self.acting.run(self.robots[robot].observation(), &mut action);
-                explore(&self.config, robot, progress, action, rng)
+                low.acting().run(robot.observation(), &mut action);
+                explore(self.noise, (index, robots), progress, action, rng)
             } else {
                 [rng.random_range(-1.0..=1.0), rng.random_range(-1.0..=1.0)]
             };
-            let (transition, attempt) = self.robots[robot].step(action);
-            self.returns[robot] += transition.reward;
+            let (transition, attempt) = robot.step(action);
+            self.returns[index] += transition.reward;
             if attempt != Attempt::Running {
-                let returned = std::mem::take(&mut self.returns[robot]);
+                let returned = std::mem::take(&mut self.returns[index]);
                 ended(attempt, returned).into_iter().for_each(|ended| self.attempts.push(ended));
             }
-            self.store(transition);
+            low.store(transition);
             self.env_steps += 1;
         }
-        if self.normaliser.is_none() && self.env_steps >= self.config.warmup_steps {
-            self.finish_warmup()?;
-        }
-        self.learn()
+        low.learn(self.progress())
     }
 
-    fn store(&mut self, transition: LowTransition) {
-        match &self.normaliser {
-            None => self.warmup.push(transition),
-            Some(normaliser) => store(&mut self.replay, normaliser, self.config.discount, transition),
-        }
+    fn is_finished(&self) -> bool {
+        self.env_steps >= self.budget
     }
 
-    /// Fixes the normaliser and stores the warm-up through it.
-    fn finish_warmup(&mut self) -> Result<()> {
-        let observations: Vec<f32> =
-            self.warmup.iter().flat_map(|transition| transition.observation.iter().copied()).collect();
-        let normaliser = Normaliser::of(&observations, LOW_OBSERVATION);
-        for transition in std::mem::take(&mut self.warmup) {
-            store(&mut self.replay, &normaliser, self.config.discount, transition);
-        }
-        self.normaliser = Some(normaliser);
-        self.refresh()
-    }
-
-    fn learn(&mut self) -> Result<()> {
-        let due = self.env_steps.saturating_sub(self.config.warmup_steps)
-            / u64::from(self.config.env_steps_per_update);
-        if self.learner.updates() >= due {
-            return Ok(());
-        }
-        let progress = self.env_steps as f32 / self.config.env_steps as f32;
-        let share = 1.0 + (self.config.final_learning_rate_share - 1.0) * progress.min(1.0);
-        self.learner.set_learning_rate_share(share * self.rate_factor);
-        while self.learner.updates() < due {
-            self.batch.sample(&self.replay, &mut self.sampler);
-            self.losses = self.learner.update(&mut self.batch);
-        }
-        ensure!(
-            self.losses.is_sane(),
-            "the low level diverged after {} updates (a loss or value has exploded): try a lower \
-             low.td3.critic_learning_rate",
-            self.learner.updates()
-        );
-        self.refresh()
-    }
-
-    /// Why the stage cannot get better any more, if it cannot: see [`crate::config::CollapseConfig`].
-    pub fn collapse(&self) -> Option<String> {
-        let bounds = &self.config.collapse;
-        let is_watched = self.env_steps as f32 >= bounds.from_share * self.config.env_steps as f32
-            && self.attempts.is_full()
-            && !self.is_finished();
-        let (reach, saturation) = (self.attempts.success(), self.losses.saturation);
+    /// See [`CollapseConfig`].
+    fn collapse(&self, learners: &Learners) -> Option<String> {
+        let bounds = &self.collapse;
+        let is_watched =
+            self.progress() >= bounds.from_share && self.attempts.is_full() && !self.is_finished();
+        let (reach, saturation) = (self.attempts.success(), learners.low.losses().saturation);
         let has_collapsed = is_watched && reach < bounds.reach_min && saturation > bounds.saturation_max;
         has_collapsed.then(|| {
             format!(
@@ -188,7 +112,7 @@ impl LowStage {
                  hardly leads back. Train with another --seed, or lower low.td3.actor_learning_rate; \
                  low.collapse.from_share = 1 goes on regardless",
                 self.env_steps,
-                self.config.env_steps,
+                self.budget,
                 100.0 * reach,
                 100.0 * bounds.reach_min,
                 100.0 * saturation
@@ -196,105 +120,62 @@ impl LowStage {
         })
     }
 
-    fn refresh(&mut self) -> Result<()> {
-        repack(&mut self.acting, self.learner.actor(), self.normaliser.as_ref(), 1)?;
-        Ok(())
+    /// Not within the warm-up, which is seconds long.
+    fn can_save(&self, learners: &Learners) -> bool {
+        learners.low.is_warm()
     }
 
-    /// Multiplies the learning rates, after a divergence.
-    pub fn scale_learning_rates(&mut self, factor: f32) {
-        self.rate_factor *= factor;
+    fn status(&self, learners: &Learners) -> Status {
+        Status {
+            position: self.env_steps,
+            steps: self.env_steps,
+            updates: learners.low.learner().updates(),
+            success: (self.attempts.total() > 0).then(|| self.attempts.success()),
+        }
     }
 
-    /// Steps of all robots so far.
-    pub fn env_steps(&self) -> u64 {
-        self.env_steps
+    fn scalars(&self, learners: &Learners) -> Vec<(&'static str, f64)> {
+        let losses = learners.low.losses();
+        let scalars: [(&str, f32); 10] = [
+            ("low/reach", self.attempts.success()),
+            ("low/collision", self.attempts.collision()),
+            ("low/return", self.attempts.mean_return()),
+            ("td3/critic_loss", losses.critic),
+            ("td3/actor_loss", losses.actor),
+            ("td3/q_mean", losses.q_mean),
+            ("td3/q_max", losses.q_max),
+            ("td3/critic_gradient_norm", losses.critic_gradient_norm),
+            ("td3/smooth_temporal", losses.smooth_temporal),
+            ("td3/saturation", losses.saturation),
+        ];
+        scalars.into_iter().map(|(name, value)| (name, f64::from(value))).collect()
     }
 
-    /// The learner.
-    pub fn learner(&self) -> &Td3 {
-        &self.learner
-    }
-
-    /// What the newest update told.
-    pub fn losses(&self) -> &Td3Losses {
-        &self.losses
-    }
-
-    /// How the newest attempts ended.
-    pub fn attempts(&self) -> &Window {
-        &self.attempts
-    }
-
-    /// The normaliser, fixed after the warm-up.
-    pub fn normaliser(&self) -> Option<&Normaliser> {
-        self.normaliser.as_ref()
-    }
-
-    /// The rows of the replay buffer, for a checkpoint.
-    pub fn replay_rows(&self) -> &[f32] {
-        self.replay.rows()
-    }
-
-    /// Whether a checkpoint can be taken now: not within the warm-up, which is seconds long.
-    pub fn can_save(&self) -> bool {
-        self.normaliser.is_some()
-    }
-
-    /// What a checkpoint keeps beside the rows.
-    pub fn state(&self) -> LowState {
+    fn add_to(&self, contents: &mut Contents<'_>) -> Result<()> {
         let history = |robot: &LowRobot| (robot.history().0, robot.history().1.to_vec());
-        LowState {
-            learner: self.learner.state(),
-            replay: self.replay.position(),
-            normaliser: self.normaliser.clone(),
+        let state = LowStageState {
             histories: self.robots.iter().map(history).collect(),
-            noise: self.noise.clone(),
-            sampler: self.sampler.clone(),
+            explorers: self.explorers.clone(),
             env_steps: self.env_steps,
             attempts: self.attempts.clone(),
             returns: self.returns.clone(),
-            losses: self.losses,
-            rate_factor: self.rate_factor,
-        }
+        };
+        Ok(contents.value("stage", &state)?)
     }
 
-    /// Continues exactly from a state and its rows.
-    ///
-    /// # Errors
-    /// A state of another configuration.
-    pub fn restore(&mut self, state: LowState, rows: Vec<f32>) -> Result<()> {
-        const OTHER: &str = "the checkpoint is of another configuration than the run's config.toml";
-        let lengths = [state.histories.len(), state.noise.len(), state.returns.len()];
+    fn restore_from(&mut self, checkpoint: &Checkpoint, _: &mut Learners) -> Result<()> {
+        let state: LowStageState = checkpoint.value("stage")?;
+        let lengths = [state.histories.len(), state.explorers.len(), state.returns.len()];
         ensure!(lengths == [self.robots.len(); 3], OTHER);
-        ensure!(self.learner.restore(state.learner), OTHER);
-        self.replay = ReplayBuffer::restore(state.replay, rows).ok_or_else(|| anyhow::anyhow!(OTHER))?;
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {
             robot.replay(*number, actions);
         }
-        self.normaliser = state.normaliser;
-        self.noise = state.noise;
-        self.sampler = state.sampler;
+        self.explorers = state.explorers;
         self.env_steps = state.env_steps;
         self.attempts = state.attempts;
         self.returns = state.returns;
-        self.losses = state.losses;
-        self.rate_factor = state.rate_factor;
-        self.refresh()
+        Ok(())
     }
-}
-
-fn store(replay: &mut ReplayBuffer, normaliser: &Normaliser, discount: f32, mut transition: LowTransition) {
-    normaliser.apply(&mut transition.observation);
-    normaliser.apply(&mut transition.next_observation);
-    Transition {
-        observation: &transition.observation,
-        action: &transition.action,
-        reward: transition.reward,
-        discount: if transition.terminated { 0.0 } else { discount },
-        next_observation: &transition.next_observation,
-    }
-    .store(replay);
 }
 
 /// What the window keeps of an attempt; nothing of one that goes on or was cut.

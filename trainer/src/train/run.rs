@@ -3,23 +3,18 @@
 mod rounds;
 
 use anyhow::{Context, Result, bail};
-use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
-use nav_env::worlds::{Place, generate_places};
 use nav_host::stop::{Signal, Stop};
 use nav_host::terminal::note;
-use nav_sim::families::Split;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 use std::time::Instant;
 
-use super::gate::{self, GateReport, Purpose};
-use super::high_stage::HighStage;
+use super::gate::{self, GateReport, Networks, Purpose};
+use super::learners::Learners;
 use super::low_score::{LowReport, score_low};
-use super::low_stage::LowStage;
+use super::plan::{self, Learns};
 use super::policy::{Policy, Weights};
 use super::run_folder::RunFolder;
-use crate::acting::{Normaliser, pack};
 use crate::checkpoint::{Checkpoint, CheckpointStore};
 use crate::config::Config;
 use crate::logs::ScalarLog;
@@ -39,36 +34,18 @@ pub enum End {
     Failed(String),
 }
 
-/// A trained low level.
-#[derive(Clone, Serialize, Deserialize)]
-struct LowResult {
-    actor: Weights,
-    normaliser: Normaliser,
-    score: LowReport,
-    env_steps: u64,
-    updates: u64,
-}
-
-impl LowResult {
-    /// The low level of another run. What it cost is on that run's card.
-    fn borrowed(policy: Policy) -> Self {
-        Self {
-            actor: policy.actor,
-            normaliser: policy.normaliser,
-            score: policy.gate.low,
-            env_steps: 0,
-            updates: 0,
-        }
-    }
-}
-
-/// What a checkpoint says besides the stage's own state.
+/// What a checkpoint says besides the states of learners and stage.
 #[derive(Clone, Serialize, Deserialize)]
 struct Meta {
     /// The commit that the run began with.
     commit: String,
     config_sha256: String,
-    low: Option<LowResult>,
+    /// Which stage it is in, from 0.
+    stage: usize,
+    /// Environment steps of the stages before.
+    steps_before: u64,
+    /// The low level, scored after the newest stage that trained it.
+    low_score: Option<LowReport>,
     seconds: f64,
     rolled_back: bool,
 }
@@ -81,6 +58,8 @@ pub struct Run {
     log: ScalarLog,
     stop: Stop,
     meta: Meta,
+    /// The policy whose low level is used, if none is trained.
+    borrowed: Option<Policy>,
     checkpoint: Option<Checkpoint>,
     begun: Instant,
     saved: Instant,
@@ -111,17 +90,17 @@ impl Run {
         let fresh = Meta {
             commit: crate::commit::commit(),
             config_sha256: config_sha256.clone(),
-            low: None,
+            stage: 0,
+            steps_before: 0,
+            low_score: None,
             seconds: 0.0,
             rolled_back: false,
         };
-        let mut meta = match &newest.checkpoint {
+        let meta = match &newest.checkpoint {
             Some(checkpoint) => checkpoint.value::<Meta>("meta")?,
             None => fresh,
         };
-        if meta.low.is_none() {
-            meta.low = folder.borrowed_low()?.map(LowResult::borrowed);
-        }
+        let borrowed = folder.borrowed_low()?;
         if meta.config_sha256 != config_sha256 {
             bail!(
                 "{} was changed after the run began: restore it, or start a new run with --config",
@@ -146,6 +125,7 @@ impl Run {
             log,
             stop,
             meta,
+            borrowed,
             checkpoint: newest.checkpoint,
             begun: now,
             saved: now,
@@ -168,58 +148,26 @@ impl Run {
     /// # Errors
     /// Files that cannot be written at the end.
     pub fn train(mut self) -> Result<End> {
-        let low = match self.meta.low.clone() {
-            Some(low) => low,
-            None => match self.train_low()? {
-                Ok(low) => low,
-                Err(end) => return Ok(end),
-            },
-        };
-        self.meta.low = Some(low.clone());
-        if self.config.algorithm == Algorithm::Td3 {
-            return self.finish(low, None, 0, 0);
+        let stages = plan::stages(&self.config, self.borrowed.is_some());
+        let mut learners = Learners::new(&self.config, self.borrowed.as_ref())?;
+        if let Some(policy) = &self.borrowed {
+            self.meta.low_score = Some(policy.gate.low.clone());
         }
-        let places = self.places(&self.config.high.families.clone());
-        let acting = pack(&low.actor.network()?, Some(&low.normaliser), 1)?;
-        let mut stage = HighStage::new(&self.config, places, acting)?;
-        let first = low.env_steps;
-        match self.drive("high level", &mut stage, first, self.config.high.decisions)? {
-            Some(end) => Ok(end),
-            None => {
-                let (env_steps, updates) = (stage.env_steps(), stage.learner().updates());
-                self.finish(low, Some(Weights::of(stage.learner().scorer())), env_steps, updates)
+        while let Some(plan) = stages.get(self.meta.stage) {
+            let mut stage = plan.begin(&self.config);
+            learners.rest(&stages[self.meta.stage..]);
+            if let Some(end) = self.drive(plan, stage.as_mut(), &mut learners)? {
+                return Ok(end);
+            }
+            self.meta.stage += 1;
+            self.meta.steps_before += stage.status(&learners).steps;
+            if plan.learns == Learns::Low {
+                let score = score_low(&self.config, &learners.low)?;
+                note(format_args!("   {}: {score}", plan.name));
+                self.meta.low_score = Some(score);
             }
         }
-    }
-
-    fn places(&self, families: &[nav_sim::families::Family]) -> Arc<Vec<Place>> {
-        let count = u64::from(self.config.worlds_per_family);
-        // Runs of different seeds train in different worlds.
-        let first = self.config.seed % 1_000_000 * count;
-        Arc::new(generate_places(
-            families,
-            Split::Train,
-            first..first + count,
-            self.config.task.robot.radius_m,
-        ))
-    }
-
-    fn train_low(&mut self) -> Result<Result<LowResult, End>> {
-        let places = self.places(&self.config.low.families.clone());
-        let mut stage = LowStage::new(&self.config, places)?;
-        if let Some(end) = self.drive("low level", &mut stage, 0, self.config.low.env_steps)? {
-            return Ok(Err(end));
-        }
-        let normaliser = stage.normaliser().cloned().context("the low level never left its warm-up")?;
-        let score = score_low(&self.config, stage.learner().actor(), &normaliser)?;
-        note(format_args!("   low level: {score}"));
-        Ok(Ok(LowResult {
-            actor: Weights::of(stage.learner().actor()),
-            normaliser,
-            score,
-            env_steps: stage.env_steps(),
-            updates: stage.learner().updates(),
-        }))
+        self.finish(&learners)
     }
 
     fn seconds(&self) -> f64 {
@@ -227,10 +175,10 @@ impl Run {
     }
 
     /// The task with the deviation margin that does best on the choosing worlds.
-    fn chosen_task(&self, low: &LowResult, scorer: &Weights) -> Result<Task> {
+    fn chosen_task(&self, networks: &Networks<'_>) -> Result<Task> {
         let margins = &self.config.high.deviation_margins;
         let mut chosen = self.config.task;
-        if margins.is_empty() {
+        if networks.scorer.is_none() || margins.is_empty() {
             return Ok(chosen);
         }
         note(format_args!(
@@ -243,9 +191,7 @@ impl Run {
         for &deviation_margin in margins {
             let mut task = self.config.task;
             task.decision.deviation_margin = deviation_margin;
-            let networks = (&low.actor, &low.normaliser);
-            let merit =
-                gate::merit(&gate::score_families(&self.config, &task, networks, Some(scorer), &places)?);
+            let merit = gate::merit(&gate::score_families(&self.config, &task, networks, &places)?);
             if merit > best {
                 (best, chosen) = (merit, task);
             }
@@ -254,30 +200,31 @@ impl Run {
     }
 
     /// Chooses the deviation margin, judges the run and writes its policy.
-    fn finish(self, low: LowResult, scorer: Option<Weights>, env_steps: u64, updates: u64) -> Result<End> {
-        let task = match &scorer {
-            Some(scorer) => self.chosen_task(&low, scorer)?,
-            None => self.config.task,
-        };
+    fn finish(self, learners: &Learners) -> Result<End> {
+        let low = self.meta.low_score.clone().context("the low level was never scored: this is a defect")?;
+        let normaliser = learners.low.normaliser().context("the low level never left its warm-up")?;
+        let (actor, scorer) = (Weights::of(learners.low.learner().actor()), learners.scorer());
+        let flat = Networks { actor: &actor, normaliser, scorer: None };
+        let whole = Networks { scorer: scorer.as_ref(), ..flat };
+        let task = self.chosen_task(&whole)?;
         note(format_args!("  validation  driving {} other unseen worlds a family", self.config.gate.worlds));
         let places = gate::validation_places(&self.config, Purpose::Judge);
-        let networks = (&low.actor, &low.normaliser);
-        let flat = gate::score_families(&self.config, &task, networks, None, &places)?;
+        let flat = gate::score_families(&self.config, &task, &flat, &places)?;
         let families = match &scorer {
-            Some(scorer) => gate::score_families(&self.config, &task, networks, Some(scorer), &places)?,
+            Some(_) => gate::score_families(&self.config, &task, &whole, &places)?,
             None => flat.clone(),
         };
-        let missed = gate::missed(&self.config, &low.score.all, &families, scorer.is_some());
+        let missed = gate::missed(&self.config, &low.all, &families, scorer.is_some());
         let policy = Policy {
             config_toml: self.config.to_toml(),
             commit: self.meta.commit.clone(),
             task,
-            normaliser: low.normaliser.clone(),
-            actor: low.actor.clone(),
+            normaliser: normaliser.clone(),
+            actor,
             scorer,
-            gate: GateReport { low: low.score, families, flat, missed },
-            env_steps: low.env_steps + env_steps,
-            updates: low.updates + updates,
+            gate: GateReport { low, families, flat, missed },
+            env_steps: self.meta.steps_before,
+            updates: learners.updates(),
             seconds: self.seconds(),
         };
         self.folder.save_policy(&policy)?;

@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 use super::{End, Meta, Run};
 use crate::checkpoint::Contents;
 use crate::logs::{Progress, ScalarLog};
+use crate::train::learners::Learners;
+use crate::train::plan::StagePlan;
 use crate::train::stage::Stage;
 
 /// Time between two checkpoints.
@@ -18,54 +20,55 @@ const LOG_STEPS: u64 = 5_000;
 const ROLL_BACK_FACTOR: f32 = 0.3;
 
 impl Run {
-    /// Rounds until the stage has finished (`None`), has failed, or somebody asks to stop. Steps of the log count from
-    /// `first`.
+    /// Rounds until the stage has finished (`None`), has failed, or somebody asks to stop.
     pub(super) fn drive(
         &mut self,
-        name: &str,
-        stage: &mut impl Stage,
-        first: u64,
-        total: u64,
+        plan: &StagePlan,
+        stage: &mut dyn Stage,
+        learners: &mut Learners,
     ) -> Result<Option<End>> {
         match self.checkpoint.take() {
-            Some(mut checkpoint) => stage.restore_from(&mut checkpoint)?,
-            // What the stage before has learned is kept from now on.
-            None if stage.can_save() => {
-                if let Err(error) = self.save(stage, first) {
+            Some(mut checkpoint) => {
+                learners.restore_from(&mut checkpoint)?;
+                stage.restore_from(&checkpoint, learners)?;
+            }
+            // What the stages before have learned is kept from now on.
+            None if stage.can_save(learners) => {
+                if let Err(error) = self.save(stage, learners) {
                     note(format_args!("warning: {error:#}; training goes on"));
                 }
             }
             None => {}
         }
-        let mut progress = Progress::new(name, total);
+        let mut progress = Progress::new(plan.name, plan.budget);
         while !stage.is_finished() {
-            if let Err(error) = stage.round()
-                && let Some(failed) = self.roll_back(stage, &error)?
+            if let Err(error) = stage.round(learners)
+                && let Some(failed) = self.roll_back(plan, stage, learners, &error)?
             {
                 progress.finish();
                 return Ok(Some(failed));
             }
-            let status = stage.status();
-            progress.update(status);
-            let step = first + status.steps;
-            if step >= self.logged_step + LOG_STEPS {
+            progress.update(stage.status(learners));
+            let collapse = stage.collapse(learners);
+            let step = self.step(stage, learners);
+            if step >= self.logged_step + LOG_STEPS || collapse.is_some() {
                 self.logged_step = step;
-                if let Err(error) = self.log.write(step, &stage.scalars()) {
+                if let Err(error) = self.log.write(step, &stage.scalars(learners)) {
                     progress.note(&format!("warning: scalars were not written ({error}); training goes on"));
                 }
+            }
+            if let Some(reason) = collapse {
+                progress.finish();
+                return Ok(Some(End::Failed(reason)));
             }
             let stopping = self.stop.signal();
             let due = stopping.is_some() || self.saved.elapsed() > CHECKPOINT_PERIOD;
             let mut is_saved = false;
-            if stage.can_save() && due {
-                match self.save(stage, step) {
+            if stage.can_save(learners) && due {
+                match self.save(stage, learners) {
                     Ok(()) => is_saved = true,
                     Err(error) => progress.note(&format!("warning: {error:#}")),
                 }
-            }
-            if let Some(reason) = stage.collapse() {
-                progress.finish();
-                return Ok(Some(End::Failed(reason)));
             }
             if let Some(signal) = stopping {
                 progress.finish();
@@ -76,30 +79,44 @@ impl Run {
         Ok(None)
     }
 
-    fn save(&mut self, stage: &impl Stage, step: u64) -> Result<()> {
+    /// Environment steps of the run so far.
+    fn step(&self, stage: &dyn Stage, learners: &Learners) -> u64 {
+        self.meta.steps_before + stage.status(learners).steps
+    }
+
+    fn save(&mut self, stage: &dyn Stage, learners: &Learners) -> Result<()> {
         self.saved = Instant::now();
         let meta = Meta { seconds: self.seconds(), ..self.meta.clone() };
         let mut contents = Contents::new();
         contents.value("meta", &meta)?;
+        learners.add_to(&mut contents)?;
         stage.add_to(&mut contents)?;
-        self.store.save(step, &contents)?;
+        self.store.save(self.step(stage, learners), &contents)?;
         Ok(())
     }
 
-    /// Goes back to the newest checkpoint with lower learning rates; once. The second time the run has failed.
-    fn roll_back(&mut self, stage: &mut impl Stage, error: &anyhow::Error) -> Result<Option<End>> {
+    /// Goes back to the newest checkpoint of this stage with lower learning rates; once. The second time the run has
+    /// failed.
+    fn roll_back(
+        &mut self,
+        plan: &StagePlan,
+        stage: &mut dyn Stage,
+        learners: &mut Learners,
+        error: &anyhow::Error,
+    ) -> Result<Option<End>> {
         let checkpoint = self.store.load_newest_valid().checkpoint;
         let usable = checkpoint.filter(|checkpoint| {
             let meta = checkpoint.value::<Meta>("meta");
-            !self.meta.rolled_back && meta.is_ok_and(|meta| meta.low.is_some() == self.meta.low.is_some())
+            !self.meta.rolled_back && meta.is_ok_and(|meta| meta.stage == self.meta.stage)
         });
         let Some(mut checkpoint) = usable else { return Ok(Some(End::Failed(format!("{error:#}")))) };
         note(format_args!(
             "warning: {error:#}; going back to {} with learning rates times {ROLL_BACK_FACTOR}",
             checkpoint.path().display()
         ));
-        stage.restore_from(&mut checkpoint)?;
-        stage.slow_down(ROLL_BACK_FACTOR);
+        learners.restore_from(&mut checkpoint)?;
+        stage.restore_from(&checkpoint, learners)?;
+        learners.slow_down(plan.learns, ROLL_BACK_FACTOR);
         self.meta.rolled_back = true;
         self.logged_step = checkpoint.step();
         self.log =

@@ -1,0 +1,24 @@
+//! A run: stages over shared learners, then the gate.
+//!
+//! Reading order: [`plan`] (the stages as data), [`learners`] with [`low_learner`] and [`high_learner`] (what outlives
+//! a stage), [`stage`] (what every stage does) with [`low_stage`] and [`high_stage`] (the robots that drive in one) and
+//! [`window`] (what is told of their driving), [`run`] (what happens when), [`low_score`] and [`gate`]
+//! (what must be reached), [`policy`] and [`run_folder`] (what is kept).
+
+pub mod plan;
+pub mod learners;
+pub mod low_learner;
+pub mod high_learner;
+pub mod stage;
+pub mod low_stage;
+mod explore;
+pub mod high_stage;
+pub mod window;
+pub mod run;
+pub mod low_score;
+pub mod gate;
+pub mod policy;
+pub mod run_folder;
+
+#[cfg(test)]
+mod tests;
