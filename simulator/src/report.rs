@@ -39,7 +39,9 @@ pub(crate) struct Summary {
     pub(crate) success_rate: f64,
     /// Share that collided.
     pub(crate) collision_rate: f64,
-    /// Share that ran out of time.
+    /// Share that stood where the runtime wrongly believed the goal to be until time was over.
+    pub(crate) believed_arrived_rate: f64,
+    /// Share that ran out of time on the way.
     pub(crate) timeout_rate: f64,
     /// Mean duration of successes, s; 0 without any.
     pub(crate) mean_time_s: f64,
@@ -125,10 +127,11 @@ impl Summary {
             requested,
             success_rate: share(EpisodeEnd::Success),
             collision_rate: share(EpisodeEnd::Collision),
+            believed_arrived_rate: share(EpisodeEnd::BelievedArrived),
             timeout_rate: share(EpisodeEnd::Timeout),
             mean_time_s: successes.iter().fold(0.0, |sum, time_s| sum + time_s)
                 / successes.len().max(1) as f64,
-            mean_spl: all(|m| m.spl).fold(0.0, |sum, spl| sum + spl) / count,
+            mean_spl: all(|m| m.spl.unwrap_or(0.0)).fold(0.0, |sum, spl| sum + spl) / count,
             clearance_min_m: if clearance_min_m.is_finite() { clearance_min_m } else { 0.0 },
             // `sum` of nothing is -0.0.
             path_m: all(|m| m.path_m).fold(0.0, |sum, path_m| sum + path_m),
@@ -139,11 +142,13 @@ impl Summary {
     /// One line for people.
     pub(crate) fn line(&self) -> String {
         format!(
-            "{} of {} episodes: {:.1} % success, {:.1} % collision, {:.1} % timeout; {:.1} s and SPL {:.2} on average; {:.1} m driven",
+            "{} of {} episodes: {:.1} % success, {:.1} % collision, {:.1} % believed to have arrived, {:.1} % timeout; \
+             {:.1} s and SPL {:.2} on average; {:.1} m driven",
             self.episodes,
             self.requested,
             100.0 * self.success_rate,
             100.0 * self.collision_rate,
+            100.0 * self.believed_arrived_rate,
             100.0 * self.timeout_rate,
             self.mean_time_s,
             self.mean_spl,
@@ -157,12 +162,12 @@ impl EpisodeReport {
     pub(crate) fn line(&self) -> String {
         let metrics = &self.metrics;
         format!(
-            "{}  {:<9}  {:5.1} s  {:5.1} m driven, {:5.1} m shortest  clearance {:.2} m",
+            "{}  {:<16}  {:5.1} s  {:5.1} m driven, {:5.1} m shortest  clearance {:.2} m",
             self.world,
             self.metrics.end.word(),
             metrics.time_s,
             metrics.path_m,
-            metrics.geodesic_m,
+            metrics.geodesic_m.unwrap_or(f32::NAN),
             metrics.clearance_min_m
         )
     }

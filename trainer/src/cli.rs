@@ -7,6 +7,7 @@ use nav_sim::families::{Family, Split};
 use std::path::PathBuf;
 
 use crate::config::Profile;
+use crate::evaluate::policies::PolicyArg;
 
 /// Trains, exports and evaluates navigation policies.
 #[derive(Debug, Parser)]
@@ -97,58 +98,57 @@ pub struct ExportArgs {
     pub out: PathBuf,
 }
 
-/// A policy to evaluate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PolicyName {
-    /// The model: DQN above TD3.
-    Hybrid,
-    /// A flat TD3: --flat-model, or else the model's own TD3 driven straight at the goal.
-    Td3,
-    /// A* on the known static map, with a follower.
-    Astar,
-    /// Dijkstra on the known static map, with a follower.
-    Dijkstra,
-    /// A reactive rival without memory.
-    Reactive,
-}
-
 /// `trainer evaluate`
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  trainer evaluate                                 the model in models/, its own TD3 and every rival
+  trainer evaluate --policy a=runs/1 --policy b=runs/2 --policy astar --families maze,rooms --worlds 500
+  trainer evaluate --policy mine=models --policy reactive --world-files barn --time-limit 100 --goal-radius 1
+  trainer evaluate --resume                        goes on where Ctrl-C, a full disk or a pulled plug ended it
+Exit status: 0 when all was driven, 1 on an error, 130 or 143 after Ctrl-C or SIGTERM.")]
 pub struct EvaluateArgs {
-    /// The exported model
-    #[arg(long, value_name = "FOLDER", default_value = "models")]
+    /// What drives, and what tables call it; any number of times. A POLICY is the folder of an exported model or of a
+    /// finished run; flat:FOLDER is the low level of one alone, straight at the goal; astar and dijkstra know the
+    /// static map, reactive the newest scan (these need no LABEL; a folder of such a name is ./astar)
+    #[arg(long = "policy", value_name = "[LABEL=]POLICY")]
+    pub policies: Vec<PolicyArg>,
+    /// Without --policy: the model that drives as `hybrid`, with its own low level as `td3`, beside every rival
+    #[arg(long, value_name = "FOLDER", default_value = "models", conflicts_with = "policies")]
     pub model: PathBuf,
-    /// For the policy td3: an exported flat model, or the folder of a finished flat run [default: the model's own
-    /// TD3, straight at the goal]
-    #[arg(long, value_name = "FOLDER")]
-    pub flat_model: Option<PathBuf>,
-    /// What drives
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "hybrid,td3,astar,dijkstra,reactive")]
-    pub policies: Vec<PolicyName>,
-    /// Families of worlds
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "clutter,boxes,u_trap,deep_u,hook,maze,rooms,crowd,stream"
-    )]
+    /// Families of worlds [default: clutter, boxes, u_trap, deep_u, hook, maze, rooms, crowd and stream, or none with
+    /// --world-files]
+    #[arg(long, value_delimiter = ',')]
     pub families: Vec<Family>,
     /// Worlds a family, seeds 0, 1, 2 and so on
-    #[arg(long, default_value_t = 100)]
-    pub worlds: u64,
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub worlds: u32,
     /// Which worlds: `test` was never looked at, `validation` chose the model
     #[arg(long, default_value = "test")]
     pub split: Split,
+    /// Drive in every *.toml of this folder, too
+    #[arg(long, value_name = "FOLDER")]
+    pub world_files: Option<PathBuf>,
     /// How the robot differs from a perfect one: usual (noise, dropout, latency, lag, drift, and a localiser that
     /// corrects the goal each second), no_localiser (the drift stays), none (a perfect robot)
     #[arg(long, default_value_t)]
     pub disturbance: DisturbanceName,
-    /// Threads
-    #[arg(long, default_value_t = 2)]
-    pub threads: usize,
+    /// Simulated seconds after which an episode is over [default: the policy's own, and 80 in mazes and deep traps]
+    #[arg(long, value_name = "SECONDS")]
+    pub time_limit: Option<f32>,
+    /// The goal counts as reached when the robot's centre is this close, m [default: the policy's own]
+    #[arg(long, value_name = "M")]
+    pub goal_radius: Option<f32>,
+    /// Threads; the rows do not depend on it
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub threads: u16,
     /// Episodes of each policy and family on the picture sheet; 0 draws none
-    #[arg(long, default_value_t = 1)]
-    pub pictures: usize,
-    /// Where table, CSV, JSON and pictures go
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=100))]
+    pub pictures: u16,
+    /// Where rows, table, figures and pictures go
     #[arg(long, value_name = "FOLDER", default_value = "out/evaluate")]
     pub out: PathBuf,
+    /// Go on with the interrupted evaluation in --out; the rest of the command must be as it was
+    #[arg(long)]
+    pub resume: bool,
 }

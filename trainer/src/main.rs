@@ -10,7 +10,7 @@ fn main() -> Exit {
     let result = match &cli.command {
         Command::Train(args) => commands::train(args),
         Command::Export(args) => commands::export(args),
-        Command::Evaluate(args) => trainer::evaluate::evaluate(args).map(|()| Exit::Done),
+        Command::Evaluate(args) => trainer::evaluate::evaluate(args),
     };
     Exit::of("error", result)
 }

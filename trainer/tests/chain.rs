@@ -135,12 +135,12 @@ fn a_flat_policy_and_a_dqn_above_a_borrowed_low_level() {
             here,
             &[
                 "evaluate",
-                "--model",
-                "hybrid",
-                "--flat-model",
-                flat,
-                "--policies",
-                "hybrid,td3",
+                "--policy",
+                "hybrid=hybrid",
+                "--policy",
+                &format!("td3={flat}"),
+                "--policy",
+                "own=flat:runs/dqn",
                 "--families",
                 "clutter",
                 "--worlds",
@@ -151,7 +151,14 @@ fn a_flat_policy_and_a_dqn_above_a_borrowed_low_level() {
                 "0",
             ],
         );
-        assert!(table.contains("hybrid") && table.contains("td3"), "{table}");
+        assert!(["hybrid", "td3", "own"].iter().all(|policy| table.contains(policy)), "{table}");
+        // Exported or not, the same networks drive the same way.
+        let rows = nav_env::rows::read_rows(&here.join("eval/episodes.csv")).expect("rows");
+        let poses = |policy: &str| {
+            let own = rows.iter().filter(|row| row.policy == policy);
+            own.map(|row| (row.path_m.to_bits(), row.steps, row.training_seed)).collect::<Vec<_>>()
+        };
+        assert_eq!(poses("td3"), poses("own"));
     }
     assert!(
         refuse(here, &["evaluate", "--model", "hybrid", "--families", "clutter,clutter"]).contains("twice")

@@ -108,17 +108,17 @@ fn compare(
     flat: Option<&Path>,
     out: &Path,
 ) -> Result<Vec<Score>> {
+    let td3 = match flat {
+        Some(flat) => format!("td3={}", flat.display()),
+        None => format!("td3=flat:{}", model.display()),
+    };
     let mut evaluate = trainer(programs);
     evaluate
-        .args(["evaluate", "--policies", "hybrid,td3,astar,reactive", "--split", "test"])
+        .args(["evaluate", "--policy", &format!("hybrid={}", model.display()), "--policy", &td3])
+        .args(["--policy", "astar", "--policy", "reactive", "--split", "test"])
         .args(["--families", &options.families.join(","), "--worlds", &options.worlds.to_string()])
-        .args(["--disturbance", DISTURBANCE, "--model"])
-        .arg(model)
-        .arg("--out")
+        .args(["--disturbance", DISTURBANCE, "--out"])
         .arg(out);
-    if let Some(flat) = flat {
-        evaluate.arg("--flat-model").arg(flat);
-    }
     // The table below says it shorter; the whole one is in `table.txt`.
     run_shown(evaluate.stdout(Stdio::null()), "trainer evaluate")?;
     let path = out.join("summary.json");

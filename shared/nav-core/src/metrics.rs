@@ -32,8 +32,10 @@ pub enum EpisodeEnd {
     Success,
     /// The robot hit something, or was hit.
     Collision,
-    /// Time ran out.
+    /// Time ran out on the way.
     Timeout,
+    /// Time ran out while the robot stood where it wrongly believed the goal to be.
+    BelievedArrived,
 }
 
 impl EpisodeEnd {
@@ -43,6 +45,7 @@ impl EpisodeEnd {
             Self::Success => "success",
             Self::Collision => "collision",
             Self::Timeout => "timeout",
+            Self::BelievedArrived => "believed_arrived",
         }
     }
 }
@@ -73,12 +76,12 @@ pub struct EpisodeMetrics {
     pub time_s: f32,
     /// Driven, m.
     pub path_m: f32,
-    /// Shortest way for the footprint on the known map, m.
-    pub geodesic_m: f32,
+    /// Shortest way for the footprint on the known map, m; absent where the map has none.
+    pub geodesic_m: Option<f32>,
     /// Straight line from start to goal, m.
     pub euclidean_m: f32,
-    /// Success weighted by path length.
-    pub spl: f32,
+    /// Success weighted by path length; absent without a shortest way.
+    pub spl: Option<f32>,
     /// Geodesic over path length, at most 1; of successes only.
     pub path_efficiency: Option<f32>,
     /// Straight line over path length, the paper's reference; of successes only.
@@ -191,18 +194,18 @@ impl EpisodeRecorder {
         }
     }
 
-    /// The metrics, given how it ended, the shortest way and the goal's straight distance from the start, m.
+    /// The metrics, given how it ended, the shortest way (if there is one) and the goal's straight distance from the
+    /// start, m.
     pub fn finish(
         &self,
         end: EpisodeEnd,
         hit_while_standing: bool,
-        geodesic_m: f32,
+        geodesic_m: Option<f32>,
         euclidean_m: f32,
     ) -> EpisodeMetrics {
         let steps = self.steps.max(1) as f32;
-        let efficiency = |reference_m: f32| {
-            (end == EpisodeEnd::Success).then(|| (reference_m / self.path_m.max(reference_m)).min(1.0))
-        };
+        let is_success = end == EpisodeEnd::Success;
+        let efficiency = |reference_m: f32| (reference_m / self.path_m.max(reference_m)).min(1.0);
         let time_s = self.steps as f32 * self.period_s;
         let dimensionless =
             time_s * time_s * time_s * self.squared_jerk_sum / (self.speed_peak_mps * self.speed_peak_mps);
@@ -214,9 +217,9 @@ impl EpisodeRecorder {
             path_m: self.path_m,
             geodesic_m,
             euclidean_m,
-            spl: efficiency(geodesic_m).unwrap_or(0.0),
-            path_efficiency: efficiency(geodesic_m),
-            path_efficiency_euclidean: efficiency(euclidean_m),
+            spl: geodesic_m.map(|geodesic_m| if is_success { efficiency(geodesic_m) } else { 0.0 }),
+            path_efficiency: geodesic_m.filter(|_| is_success).map(efficiency),
+            path_efficiency_euclidean: is_success.then(|| efficiency(euclidean_m)),
             smoothness: self.turn_smoothness_sum / steps,
             log_jerk: (dimensionless.is_finite() && dimensionless > 0.0).then(|| -libm::logf(dimensionless)),
             clearance_min_m: if self.steps == 0 { 0.0 } else { self.clearance_min_m },
@@ -248,8 +251,10 @@ mod tests {
 
     #[test]
     fn a_straight_drive_is_perfect() {
-        let metrics = drive(50, 1.0, 0.0).finish(EpisodeEnd::Success, false, 5.0, 5.0);
-        assert!((metrics.spl - 1.0).abs() < 1e-4 && (metrics.path_m - 5.0).abs() < 1e-3);
+        let metrics = drive(50, 1.0, 0.0).finish(EpisodeEnd::Success, false, Some(5.0), 5.0);
+        assert!(
+            (metrics.spl.expect("a way is known") - 1.0).abs() < 1e-4 && (metrics.path_m - 5.0).abs() < 1e-3
+        );
         assert!((metrics.smoothness - 1.0).abs() < 1e-6 && metrics.spin == 0.0);
         assert!((metrics.time_s - 5.0).abs() < 1e-4);
     }
@@ -261,15 +266,23 @@ mod tests {
         for _ in 0..30 {
             recorder.step(&StepTruth { pose, linear_mps: 0.0, clearance_m: 1.0, time_to_collision_s: 4.0 });
         }
-        let stood_s = recorder.finish(EpisodeEnd::Timeout, false, 9.0, 9.0).stood_at_end_s;
+        let stood_s = recorder.finish(EpisodeEnd::Timeout, false, None, 9.0).stood_at_end_s;
         assert!((3.0..3.3).contains(&stood_s), "{stood_s}");
     }
 
     #[test]
+    fn without_a_shortest_way_only_the_straight_line_is_a_reference() {
+        let metrics = drive(50, 1.0, 0.0).finish(EpisodeEnd::Success, false, None, 4.0);
+        assert!(metrics.spl.is_none() && metrics.path_efficiency.is_none());
+        let straight = metrics.path_efficiency_euclidean.expect("a success");
+        assert!((straight - 0.8).abs() < 1e-3, "{straight}");
+    }
+
+    #[test]
     fn turning_on_the_spot_is_spin_and_failure_has_no_spl() {
-        let metrics = drive(100, 0.0, 1.0).finish(EpisodeEnd::Timeout, false, 5.0, 5.0);
+        let metrics = drive(100, 0.0, 1.0).finish(EpisodeEnd::Timeout, false, Some(5.0), 5.0);
         assert!(metrics.spin > 0.75, "{}", metrics.spin);
-        assert!(metrics.spl == 0.0 && metrics.path_efficiency.is_none());
-        assert!(drive(100, 0.5, 1.0).finish(EpisodeEnd::Timeout, false, 5.0, 5.0).spin == 0.0);
+        assert!(metrics.spl == Some(0.0) && metrics.path_efficiency.is_none());
+        assert!(drive(100, 0.5, 1.0).finish(EpisodeEnd::Timeout, false, Some(5.0), 5.0).spin == 0.0);
     }
 }

@@ -76,17 +76,16 @@ pub fn drive_episode<C: Commands>(
             break end;
         }
     };
-    let euclidean_m = place.euclidean_m();
-    let geodesic_m = place.geodesic_m().unwrap_or(euclidean_m);
-    Ok(recorder.finish(end, simulation.hit_while_standing(), geodesic_m, euclidean_m))
+    Ok(recorder.finish(end, simulation.hit_while_standing(), place.geodesic_m(), place.euclidean_m()))
 }
 
-/// How an episode ended; `None` while it goes on.
-pub fn end_of(outcome: Outcome, _state: RunState) -> Option<EpisodeEnd> {
+/// How an episode ended, given what the controller said it did last; `None` while it goes on.
+pub fn end_of(outcome: Outcome, state: RunState) -> Option<EpisodeEnd> {
     match outcome {
         Outcome::Running => None,
         Outcome::Reached => Some(EpisodeEnd::Success),
         Outcome::Collided => Some(EpisodeEnd::Collision),
+        Outcome::TimedOut if state == RunState::Reached => Some(EpisodeEnd::BelievedArrived),
         Outcome::TimedOut => Some(EpisodeEnd::Timeout),
     }
 }

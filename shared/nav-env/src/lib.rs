@@ -2,20 +2,23 @@
 //!
 //! Reading order: [`worlds`] (where they drive); to learn, [`episode`] (one robot in one world, step by step), [`low`]
 //! and [`high`] (what each level learns from); to be judged, [`messages`] and [`episode_loop`] (the one loop of an
-//! episode), [`robot`] (with a controller in the same process) and [`batch`] (many of them). [`seeds`] keeps random
-//! streams apart.
+//! episode) within [`limits`], [`robot`] (with a controller in the same process), [`batch`] (many of them), [`rows`]
+//! and [`summary`] (what is kept of them). [`seeds`] keeps random streams apart.
 
 pub mod seeds;
 pub mod worlds;
 
 pub mod episode;
-pub mod high;
 pub mod low;
+pub mod high;
 
-pub mod batch;
-pub mod episode_loop;
 pub mod messages;
+pub mod episode_loop;
+pub mod limits;
 pub mod robot;
+pub mod batch;
+pub mod rows;
+pub mod summary;
 
 /// A network for acting, with its own memory.
 pub type ActingNetwork = nav_core::network::Network<Vec<f32>>;

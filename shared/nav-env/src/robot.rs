@@ -8,12 +8,12 @@ use nav_core::task::Task;
 use nav_core::tick::{Tick, TickStatus};
 use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep};
-use nav_sim::families::lasting;
 use nav_sim::simulation::Simulation;
 use std::convert::Infallible;
 use std::time::Instant;
 
 use crate::episode_loop::{Answer, Commands, Onlooker, drive_episode};
+use crate::limits::Limits;
 use crate::messages::Messages;
 use crate::worlds::Place;
 
@@ -33,6 +33,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Controller<S> {}
 pub struct SimulatedRobot {
     task: Task,
     disturbance: Disturbance,
+    limits: Limits,
     seq: u64,
     goal_id: u32,
     messages: Messages,
@@ -43,7 +44,7 @@ pub struct Driven {
     /// What it came to.
     pub metrics: EpisodeMetrics,
     /// Mean time of a tick, ns.
-    pub tick_mean_ns: f64,
+    pub tick_mean_ns: u64,
     /// Longest tick, ns.
     pub tick_max_ns: u64,
     /// For a picture, if asked for.
@@ -53,15 +54,27 @@ pub struct Driven {
 impl SimulatedRobot {
     /// A simulated robot for a task.
     pub fn new(task: &Task, disturbance: &Disturbance) -> Self {
-        Self { task: *task, disturbance: *disturbance, seq: 0, goal_id: 0, messages: Messages::default() }
+        Self {
+            task: *task,
+            disturbance: *disturbance,
+            limits: Limits::default(),
+            seq: 0,
+            goal_id: 0,
+            messages: Messages::default(),
+        }
+    }
+
+    /// With other limits for its episodes.
+    pub fn with_limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
     }
 
     /// Drives an episode to its end.
     pub fn drive(&mut self, driver: &mut (impl Driver + ?Sized), place: &Place, with_trace: bool) -> Driven {
-        let task = lasting(&self.task, place.scene.episode_steps());
+        let task = self.limits.task(&self.task, &place.scene);
         let mut simulation =
             Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);
-        let mut trace = with_trace.then(|| self.trace_of(place));
+        let mut trace = with_trace.then(|| trace_of(place, &task));
         self.goal_id += 1;
         driver.begin(place);
         let goal_id = self.goal_id;
@@ -73,19 +86,19 @@ impl SimulatedRobot {
             note_step(trace, &simulation);
             trace.end = Some(metrics.end);
         }
-        Driven { metrics, tick_mean_ns: total_ns as f64 / count as f64, tick_max_ns: max_ns, trace }
+        Driven { metrics, tick_mean_ns: total_ns / count.max(1), tick_max_ns: max_ns, trace }
     }
+}
 
-    fn trace_of(&self, place: &Place) -> EpisodeTrace {
-        EpisodeTrace {
-            world: place.world.clone(),
-            robot_radius_m: self.task.robot.radius_m,
-            goal_radius_m: self.task.goal_radius_m,
-            title: place.world.name.clone(),
-            steps: Vec::new(),
-            decisions: Vec::new(),
-            end: None,
-        }
+fn trace_of(place: &Place, task: &Task) -> EpisodeTrace {
+    EpisodeTrace {
+        world: place.world.clone(),
+        robot_radius_m: task.robot.radius_m,
+        goal_radius_m: task.goal_radius_m,
+        title: place.world.name.clone(),
+        steps: Vec::new(),
+        decisions: Vec::new(),
+        end: None,
     }
 }
 

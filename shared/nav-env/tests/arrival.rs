@@ -1,6 +1,8 @@
 //! What a robot in training is paid for is the truth: where odometry drifts away, it arrives in its belief only.
 
+use nav_core::controller::Controller;
 use nav_core::geometry::{Point, Pose};
+use nav_core::metrics::EpisodeEnd;
 use nav_core::network::{Activation, CpuLevel, Layer, MlpSpec, MlpWeights, Network};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
 use nav_core::reward::{RewardProfile, decomposed, paper};
@@ -9,6 +11,7 @@ use nav_core::task::{ACTION_GOAL, Task};
 use nav_env::ActingNetwork;
 use nav_env::high::{HighRobot, HighRobotConfig};
 use nav_env::low::{Attempt, LowRobot, LowRobotConfig};
+use nav_env::robot::SimulatedRobot;
 use nav_env::worlds::Place;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::localiser::Localiser;
@@ -117,4 +120,17 @@ fn a_high_level_that_goes_astray_pays_the_rest_of_its_time_and_does_not_bootstra
         }
     }
     assert!(astray > 3, "{astray}");
+}
+
+/// How a flat controller with that low level ends in the hall.
+fn end(localiser: Localiser) -> EpisodeEnd {
+    let task = Task::default();
+    let mut controller = Controller::new(&task, None, homing()).expect("it fits");
+    SimulatedRobot::new(&task, &drifting(localiser)).drive(&mut controller, &hall()[0], false).metrics.end
+}
+
+#[test]
+fn an_episode_says_that_the_robot_only_believes_to_be_there() {
+    assert_eq!(end(Localiser::default()), EpisodeEnd::BelievedArrived);
+    assert_eq!(end(Localiser { period_s: 1.0, ..Localiser::default() }), EpisodeEnd::Success);
 }

@@ -42,7 +42,7 @@ impl Rival {
     }
 
     /// A robot's driver for a task.
-    pub fn driver(self, task: &Task) -> Box<dyn Driver> {
+    pub fn driver(self, task: &Task) -> Box<dyn Driver + Send> {
         match self {
             Self::Astar => Box::new(planner::KnownMapPlanner::new(planner::Search::AStar, task)),
             Self::Dijkstra => Box::new(planner::KnownMapPlanner::new(planner::Search::Dijkstra, task)),

@@ -97,8 +97,8 @@ pub fn score_families(
     // Built once here so that an error shows before threads start.
     controller()?;
     let make = || controller().expect("it was built a moment ago");
-    let options = BatchOptions { task, disturbance: &config.disturbance, threads: 2, traces: 0 };
-    let driven = drive_all(make, places, &options, || {});
+    let options = BatchOptions { task, disturbance: &config.disturbance, threads: 2 };
+    let driven = drive_all(make, places, &options);
     let mut scores: Vec<FamilyScore> = Vec::new();
     let mut steps: Vec<f32> = Vec::new();
     for (place, driven) in places.iter().zip(&driven) {

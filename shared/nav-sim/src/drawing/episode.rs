@@ -140,7 +140,7 @@ fn draw_text(svg: &mut String, trace: &EpisodeTrace, width: f32, unit: f32, marg
     let end_color = match trace.end {
         Some(EpisodeEnd::Success) => GOAL,
         Some(EpisodeEnd::Collision) => CRASH,
-        Some(EpisodeEnd::Timeout) | None => FAINT,
+        Some(EpisodeEnd::Timeout | EpisodeEnd::BelievedArrived) | None => FAINT,
     };
     let style = |height: f32, share: f32, color, weight| Style {
         height,
