@@ -75,8 +75,7 @@ pub struct Motion {
     pub sent: Sent,
 }
 
-/// Writes the low-level observation: `now` and `before` are compressed clearances, `before` of
-/// [`CHANGE_STEPS`] steps ago.
+/// Writes the low-level observation from compressed clearances, `before` those of [`CHANGE_STEPS`] steps ago.
 pub fn encode_low(
     task: &Task,
     now: &[f32; SECTOR_COUNT],
@@ -132,7 +131,7 @@ pub struct Globals {
     pub last_was_goal: bool,
     /// The last choice was WAIT.
     pub last_was_wait: bool,
-    /// Share of the policy's horizon that is over, 0 to 1; see [`crate::task::Decision::horizon_s`].
+    /// Share of the policy's horizon ([`crate::task::Decision::horizon_s`]) that is over, 0 to 1.
     pub elapsed: f32,
     /// For how long the robot has stood, s.
     pub standing_s: f32,

@@ -10,6 +10,9 @@
 //! (truncated). Nothing here reads a clock; the same world, task, disturbance, seed and commands give the
 //! same bits. People and sensor noise draw from separate streams, so noise never changes what people do.
 
+mod outcome;
+
+pub use self::outcome::Outcome;
 use crate::collision::{time_to_disc_s, time_to_segment_s};
 use crate::disturbance::{Disturbance, DrawnDisturbance};
 use crate::dynamics::Base;
@@ -36,36 +39,6 @@ pub const CLEARANCE_MAX_M: f32 = 10.0;
 const PEOPLE_STREAM: u64 = 0x7065_6f70_6c65;
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 const LOCALISER_STREAM: u64 = 0x6c6f_6361_6c69;
-
-/// How an episode stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// It goes on.
-    Running,
-    /// The robot's centre came within the goal radius (terminated).
-    Reached,
-    /// The footprint touched an obstacle or a person, or left the bounds (terminated).
-    Collided,
-    /// `episode_steps` are over (truncated).
-    TimedOut,
-}
-
-impl Outcome {
-    /// Whether the episode ended by what happened in it.
-    pub const fn is_terminated(self) -> bool {
-        matches!(self, Self::Reached | Self::Collided)
-    }
-
-    /// Whether the episode ended because time was over.
-    pub const fn is_truncated(self) -> bool {
-        matches!(self, Self::TimedOut)
-    }
-
-    /// Whether the episode ended.
-    pub const fn is_over(self) -> bool {
-        !matches!(self, Self::Running)
-    }
-}
 
 /// One robot in one world.
 #[derive(Clone, Debug)]

@@ -251,7 +251,7 @@ fn episodes_end_by_goal_and_by_time_and_then_stand_still() {
     let mut waiting = simulation(common::room(10.0), &Disturbance::none(), 0);
     let outcomes: Vec<Outcome> = (0..500).map(|_| waiting.step(Twist::ZERO)).collect();
     assert!(outcomes[..499].iter().all(|outcome| !outcome.is_over()));
-    assert!(outcomes[499].is_truncated() && !outcomes[499].is_terminated());
+    assert_eq!(outcomes[499], Outcome::TimedOut);
     assert!((waiting.time_s() - 50.0).abs() < 1e-3);
 }
 
