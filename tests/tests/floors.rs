@@ -256,6 +256,19 @@ fn the_source_scan_finds_methods_of_floats() {
     }
 }
 
+/// A file of one idea is read at a sitting.
+#[test]
+fn no_source_is_longer_than_320_lines() {
+    for (package, _) in FLOORS.iter().filter(|(package, _)| *package != "hybridnav-tests") {
+        let shared = format!("shared/{package}/src");
+        let folder = if workspace().join(&shared).is_dir() { shared } else { format!("{package}/src") };
+        for (path, text) in sources(&folder) {
+            let lines = text.lines().count();
+            assert!(lines <= 320, "{} has {lines} lines: it holds more than one idea", path.display());
+        }
+    }
+}
+
 /// Path and text of every Rust file below a folder of the workspace, test modules' files left out.
 fn sources(folder: &str) -> Vec<(PathBuf, String)> {
     let mut folders = vec![workspace().join(folder)];
