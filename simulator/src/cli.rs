@@ -45,6 +45,7 @@ Examples:
   simulator --world maze --view terminal         one held-out maze in real time, shown in the terminal
   simulator --family u_trap --episodes 20 --pace lockstep --report out/u_trap.json
   simulator --map office/map.yaml --start 1,2,0 --goal 8.5,3
+  simulator --world-file barn --pace lockstep --time-limit 100 --goal-radius 1 --report out/barn.json
 Exit status: 0 when all episodes were driven, 1 on an error (no runtime, wrong map), 2 when the command line makes no
 sense, 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM."
 )]
@@ -60,9 +61,9 @@ pub(crate) struct Arguments {
     /// Seed of the first episode's world, and with it of what disturbs the robot; each further episode adds one
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
-    /// Episodes in a row
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) episodes: u32,
+    /// Episodes in a row [default: 1, or one in each file of a folder]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) episodes: Option<u32>,
     /// Drive on a ROS map_server map (map.yaml beside its image)
     #[arg(long, value_name = "FILE", requires_all = ["start", "goal"], conflicts_with = "world_file")]
     pub(crate) map: Option<PathBuf>,
@@ -72,9 +73,15 @@ pub(crate) struct Arguments {
     /// Goal on the map: x,y in metres
     #[arg(long, value_name = "X,Y", requires = "map", value_parser = numbers::<2>, allow_hyphen_values = true)]
     pub(crate) goal: Option<[f32; 2]>,
-    /// Drive in a world described in TOML
-    #[arg(long, value_name = "FILE")]
+    /// Drive in a world described in TOML, or in every *.toml of a folder, one after the other
+    #[arg(long, value_name = "FILE OR FOLDER")]
     pub(crate) world_file: Option<PathBuf>,
+    /// Simulated seconds after which an episode is over [default: the model's own, and 80 in mazes and deep traps]
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) time_limit: Option<f32>,
+    /// The goal counts as reached when the robot's centre is this close, m [default: the model's own]
+    #[arg(long, value_name = "M")]
+    pub(crate) goal_radius: Option<f32>,
     /// Take robot, lidar and timing from this model's manifest instead of the defaults
     #[arg(long, value_name = "DIR")]
     pub(crate) model: Option<PathBuf>,

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use nav_env::episode_loop::{Onlooker, drive_episode};
-use nav_env::worlds::Place;
+use nav_env::worlds::{Place, Scene};
 use nav_host::exit::Exit;
 use nav_host::stop::{Second, Stop};
 use nav_host::terminal::say;
@@ -64,7 +64,7 @@ fn drive_all(
     let mut simulation: Option<Simulation> = None;
     for index in 0..plan.episodes {
         let seed = plan.seed + u64::from(index);
-        let place = plan.source.place(seed, &plan.task)?;
+        let place = plan.source.place(index, seed, &plan.task)?;
         let simulation = match &mut simulation {
             Some(simulation) => {
                 simulation.reset(place.world.clone(), place.simulation_seed);
@@ -132,6 +132,10 @@ fn drive(
     let (trajectory_hash, poses) = trajectory.finish();
     let report = EpisodeReport {
         world: place.world.name.clone(),
+        world_file: match &place.scene {
+            Scene::File(name) => Some(name.to_string()),
+            Scene::Family(..) => None,
+        },
         seed: place.seed,
         goal_id,
         metrics,

@@ -71,6 +71,8 @@ pub(crate) struct Link {
     deadline_ns: u64,
     late_periods: u64,
     command: CmdVel,
+    /// Of the newest command that counts in this episode.
+    state: RunState,
     status: Status,
     messages: Messages,
     // Last: ports go before their node.
@@ -104,6 +106,7 @@ impl Link {
             deadline_ns: 0,
             late_periods: 0,
             command: CmdVel::default(),
+            state: RunState::default(),
             status: Status::default(),
             messages: Messages::default(),
             _node: node,
@@ -113,6 +116,7 @@ impl Link {
     /// The robot stands at the start of a new episode.
     pub(crate) fn restart(&mut self) {
         self.driver.restart();
+        self.state = RunState::default();
         self.episode_seq = self.seq + 1;
         // Making a world and drawing a picture is no silence of the runtime's.
         self.heard_ns = self.heard_ns.map(|_| monotonic_ns());
@@ -229,6 +233,9 @@ impl Link {
         self.heard_ns = Some(now_ns);
         let is_accepted =
             self.command.scan_seq >= self.episode_seq && self.driver.accept(&self.command, now_ns);
+        if is_accepted {
+            self.state = RunState::of(self.command.state).unwrap_or_default();
+        }
         Ok((is_accepted, now_ns))
     }
 
@@ -297,6 +304,6 @@ impl Commands for Link {
             Pace::Realtime => self.exchange_in_real_time(simulation, goal_id),
         }?;
         self.status_in.read_latest(&mut self.status)?;
-        Ok(Answer { command, state: RunState::default() })
+        Ok(Answer { command, state: self.state })
     }
 }

@@ -3,9 +3,9 @@
 use anyhow::{Context, Result, ensure};
 use nav_core::manifest::{MANIFEST_FILE, Manifest};
 use nav_core::task::Task;
+use nav_env::limits::Limits;
 use nav_ipc::{IpcConfig, RobotName};
 use nav_sim::disturbance::Disturbance;
-use nav_sim::families::lasting;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -39,8 +39,9 @@ impl Plan {
             None => Task::default(),
         };
         let source = WorldSource::from_arguments(&arguments, &task)?;
-        // Some families need longer than the task gives everyone; counted in steps of 0.1 s.
-        let task = lasting(&task, source.episode_steps());
+        let limits = Limits { time_limit_s: arguments.time_limit, goal_radius_m: arguments.goal_radius };
+        limits.validate().map_err(anyhow::Error::msg)?;
+        let task = limits.task(&task, source.episode_steps());
         let seconds = |flag: &str, value: f64| {
             Duration::try_from_secs_f64(value)
                 .ok()
@@ -57,11 +58,11 @@ impl Plan {
             }
         }
         let plan = Self {
+            episodes: arguments.episodes.unwrap_or_else(|| source.episodes()),
             source,
             disturbance: arguments.disturbance.disturbance(),
             task,
             seed: arguments.seed,
-            episodes: arguments.episodes,
             pace: arguments.pace,
             robot: RobotName::new(&arguments.robot)?,
             ipc: IpcConfig::from_option(arguments.ipc_root.as_deref())?,
@@ -73,7 +74,7 @@ impl Plan {
             silence: seconds("--silence", silence)?,
         };
         // A world without a way to the goal is better known now than after the runtime has come.
-        plan.source.place(plan.seed, &plan.task)?;
+        plan.source.place(0, plan.seed, &plan.task)?;
         Ok(plan)
     }
 }

@@ -12,6 +12,9 @@ use std::path::Path;
 pub(crate) struct EpisodeReport {
     /// Name of the world.
     pub(crate) world: String,
+    /// The file or map that it was read from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) world_file: Option<String>,
     /// Seed of the world; what disturbs the robot in it follows from family, split and this.
     pub(crate) seed: u64,
     /// Id of the goal on the wire.
@@ -163,8 +166,8 @@ impl EpisodeReport {
         let metrics = &self.metrics;
         format!(
             "{}  {:<16}  {:5.1} s  {:5.1} m driven, {:5.1} m shortest  clearance {:.2} m",
-            self.world,
-            self.metrics.end.word(),
+            self.world_file.as_ref().unwrap_or(&self.world),
+            metrics.end.word(),
             metrics.time_s,
             metrics.path_m,
             metrics.geodesic_m.unwrap_or(f32::NAN),

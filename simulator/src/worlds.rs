@@ -9,6 +9,7 @@ use nav_sim::families::{DESIGN_RADIUS_M, Family, Split};
 use nav_sim::map_file::{Map, MapOptions};
 use nav_sim::world::World;
 use nav_sim::world_file;
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::cli::Arguments;
@@ -18,8 +19,8 @@ use crate::cli::Arguments;
 pub(crate) enum WorldSource {
     /// A generated one for each seed.
     Family(Family, Split),
-    /// The same one each time.
-    Fixed(Arc<World>),
+    /// These, one after the other and then again, each with its name.
+    Read(Vec<(String, Arc<World>)>),
 }
 
 impl WorldSource {
@@ -35,10 +36,18 @@ impl WorldSource {
                 note(format_args!("simulator: warning: {warning}"));
             }
             let world = map.into_world(start, Point::new(goal[0], goal[1]))?;
-            return Ok(Self::Fixed(Arc::new(world)));
+            return Ok(Self::Read(vec![(world.name.clone(), Arc::new(world))]));
         }
         if let Some(path) = &arguments.world_file {
-            return Ok(Self::Fixed(Arc::new(world_file::load(path, task.robot.radius_m)?)));
+            let worlds = if path.is_dir() {
+                world_file::read_folder(path, task.robot.radius_m)?
+            } else {
+                vec![(path.clone(), world_file::load(path, task.robot.radius_m)?)]
+            };
+            let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            return Ok(Self::Read(
+                worlds.into_iter().map(|(path, world)| (name(&path), Arc::new(world))).collect(),
+            ));
         }
         ensure!(
             task.robot.radius_m <= DESIGN_RADIUS_M + 1e-6,
@@ -53,16 +62,27 @@ impl WorldSource {
     pub(crate) fn episode_steps(&self) -> u32 {
         match self {
             Self::Family(family, _) => family.episode_steps(),
-            Self::Fixed(_) => 0,
+            Self::Read(_) => 0,
         }
     }
 
-    /// The world of a seed, with a way from start to goal.
-    pub(crate) fn place(&self, seed: u64, task: &Task) -> Result<Place> {
+    /// Episodes unless somebody asks for another number.
+    pub(crate) fn episodes(&self) -> u32 {
+        match self {
+            Self::Family(..) => 1,
+            Self::Read(worlds) => worlds.len() as u32,
+        }
+    }
+
+    /// The world of an episode, counted from 0, and a seed, with a way from start to goal.
+    pub(crate) fn place(&self, episode: u32, seed: u64, task: &Task) -> Result<Place> {
         let radius_m = task.robot.radius_m;
         let place = match self {
             &Self::Family(family, split) => Place::generated(family, split, seed, radius_m),
-            Self::Fixed(world) => Place::read(&world.name, world.clone(), seed, radius_m),
+            Self::Read(worlds) => {
+                let (name, world) = &worlds[episode as usize % worlds.len()];
+                Place::read(name, world.clone(), seed, radius_m)
+            }
         };
         ensure!(
             place.geodesic_m().is_some(),

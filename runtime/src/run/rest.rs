@@ -1,7 +1,7 @@
 //! The way from the last command to zero.
 
 use nav_core::guard::command_age_limit_ns;
-use nav_core::messages::CmdVel;
+use nav_core::messages::{CmdVel, RunState};
 use nav_core::task::Task;
 use nav_core::twist::Twist;
 
@@ -50,6 +50,7 @@ impl Rest {
         let mut command = self.last;
         command.linear_mps = towards_zero(command.linear_mps, change.linear_mps);
         command.angular_radps = towards_zero(command.angular_radps, change.angular_radps);
+        command.state = RunState::Ready as u32;
         command.header.seq += 1;
         // A stamp goes on with the time that passed, whichever clock the last one was of.
         command.header.stamp_ns = command.header.stamp_ns.saturating_add(silent_ns.max(1));

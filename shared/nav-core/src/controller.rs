@@ -136,7 +136,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
             angular_radps: out.angular_radps,
             scan_seq: scan.header.seq,
             faults: status.faults,
-            reserved: 0,
+            state: status.state as u32,
         };
         (command, status)
     }

@@ -141,8 +141,9 @@ pub struct CmdVel {
     pub scan_seq: u64,
     /// Why the command is as it is: [`crate::messages::fault`] bits, 0 when the policy's own wish passed.
     pub faults: u32,
-    /// Keeps the layout free of hidden padding; always 0.
-    pub reserved: u32,
+    /// What the runtime was doing when it commanded this: [`RunState`] as a number. It travels with the command, so that
+    /// whoever drives an episode knows it without a race.
+    pub state: u32,
 }
 
 impl CmdVel {
@@ -220,7 +221,7 @@ impl RunState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::mem::size_of;
+    use core::mem::{offset_of, size_of};
 
     /// The wire layout, as documented for other languages: a change here needs a new type name.
     #[test]
@@ -229,6 +230,7 @@ mod tests {
         assert_eq!(size_of::<Odometry>(), 16 + 6 * 4);
         assert_eq!(size_of::<Goal>(), 16 + 4 * 4);
         assert_eq!(size_of::<CmdVel>(), 16 + 2 * 4 + 8 + 2 * 4);
+        assert_eq!((offset_of!(CmdVel, faults), offset_of!(CmdVel, state)), (32, 36));
         assert_eq!(size_of::<Status>(), 16 + 6 * 4 + 5 * 8);
     }
 

@@ -5,8 +5,6 @@ use nav_core::task::Task;
 use nav_sim::families::lasting;
 use serde::{Deserialize, Serialize};
 
-use crate::worlds::Scene;
-
 /// What is asked for; nothing by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
@@ -33,9 +31,10 @@ impl Limits {
         Ok(())
     }
 
-    /// The task of an episode in a scene: without limits, that of the policy, or longer where the family needs it.
-    pub fn task(&self, task: &Task, scene: &Scene) -> Task {
-        let mut limited = lasting(task, scene.episode_steps());
+    /// The task of an episode in a world that needs so many steps of 0.1 s: without limits that of the policy, or longer
+    /// where the world needs it.
+    pub fn task(&self, task: &Task, steps: u32) -> Task {
+        let mut limited = lasting(task, steps);
         if let Some(time_limit_s) = self.time_limit_s {
             limited.episode_steps = (time_limit_s / task.control_period_s).round().max(1.0) as u32;
         }
@@ -49,15 +48,13 @@ impl Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nav_sim::families::{Family, Split};
 
     #[test]
     fn a_limit_replaces_what_task_and_family_say() {
-        let maze = Scene::Family(Family::Maze, Split::Test);
         let task = Task { control_period_s: 0.05, ..Task::default() };
-        assert_eq!(Limits::default().task(&task, &maze), Task { episode_steps: 1600, ..task });
+        assert_eq!(Limits::default().task(&task, 800), Task { episode_steps: 1600, ..task });
         let limits = Limits { time_limit_s: Some(12.0), goal_radius_m: Some(1.0) };
-        assert_eq!(limits.task(&task, &maze), Task { episode_steps: 240, goal_radius_m: 1.0, ..task });
+        assert_eq!(limits.task(&task, 800), Task { episode_steps: 240, goal_radius_m: 1.0, ..task });
     }
 
     #[test]

@@ -71,7 +71,7 @@ impl SimulatedRobot {
 
     /// Drives an episode to its end.
     pub fn drive(&mut self, driver: &mut (impl Driver + ?Sized), place: &Place, with_trace: bool) -> Driven {
-        let task = self.limits.task(&self.task, &place.scene);
+        let task = self.limits.task(&self.task, place.scene.episode_steps());
         let mut simulation =
             Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);
         let mut trace = with_trace.then(|| trace_of(place, &task));

@@ -16,7 +16,7 @@ struct TheirCommand {
     angular_radps: f32,
     scan_seq: u64,
     faults: u32,
-    reserved: u32,
+    state: u32,
 }
 
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
@@ -98,7 +98,7 @@ fn a_stock_writer_reaches_our_reader_that_came_first() {
             angular_radps: -1.0,
             scan_seq: 0,
             faults: 0,
-            reserved: 0,
+            state: 0,
         };
         publisher.send_copy(command).expect("sent");
     }

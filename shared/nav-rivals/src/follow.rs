@@ -62,6 +62,7 @@ impl Follower {
         let has_arrived = self.navigator.goal_reached();
         let driving = Twist::new(robot.linear_max_mps * aligned * clear, angular);
         let (out, faults) = self.guard.limit(if has_arrived { Twist::ZERO } else { driving });
+        let state = if has_arrived { RunState::Reached } else { RunState::Driving };
         self.commands += 1;
         let command = CmdVel {
             header: Header { stamp_ns: now_ns, seq: self.commands },
@@ -69,10 +70,10 @@ impl Follower {
             angular_radps: out.angular_radps,
             scan_seq: inputs.scan.header.seq,
             faults,
-            reserved: 0,
+            state: state as u32,
         };
         let status = TickStatus {
-            state: if has_arrived { RunState::Reached } else { RunState::Driving },
+            state,
             faults,
             decided: None,
             action: ACTION_GOAL,

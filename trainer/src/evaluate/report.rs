@@ -102,3 +102,15 @@ fn number(value: Option<f64>, digits: usize) -> String {
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
     files::replace(path, text).with_context(|| format!("cannot write {}", path.display()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn what_rounds_to_zero_has_no_sign() {
+        let texts =
+            [Some(-1.7e-8), Some(-0.0), Some(-0.004), Some(-0.006), None].map(|value| number(value, 2));
+        assert_eq!(texts, ["0.00", "0.00", "0.00", "-0.01", "-"]);
+    }
+}
