@@ -4,14 +4,14 @@
 //! |---|---|
 //! | observation | [`nav_core::observation`], high level, 108 numbers |
 //! | action | 16 directions, GOAL, WAIT, masked |
-//! | reward | [`HighRobotConfig::reward`]: a step's, discounted and summed over the decision |
+//! | reward | [`HighReward`]: a step's, discounted and summed over the decision |
 //! | terminated | goal reached, or collision, or a wrong belief to have arrived, which costs the rest of the time |
 //! | truncated | the episode's time over |
 
 use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::navigator::Navigator;
 use nav_core::observation::{HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION};
-use nav_core::reward::{RewardProfile, decomposed, paper};
+use nav_core::reward::{HighDecision, HighReward, HighStep};
 use nav_core::subgoal::ActionMask;
 use nav_core::task::{ACTION_GOAL, Task};
 use nav_sim::disturbance::Disturbance;
@@ -32,12 +32,8 @@ pub struct HighRobotConfig {
     pub discount: f32,
     /// Decisions of a return before it bootstraps.
     pub n_step: usize,
-    /// Which reward.
-    pub reward: RewardProfile,
-    /// Weights of the profile `decomposed`.
-    pub decomposed: decomposed::HighWeights,
-    /// Weights of the profile `paper`.
-    pub paper: paper::HighWeights,
+    /// What it is paid for.
+    pub reward: HighReward,
 }
 
 /// A return over up to n decisions, as stored.
@@ -196,20 +192,15 @@ impl HighRobot {
                 Some(way_m) => std::mem::replace(&mut self.way_m, way_m) - way_m,
                 None => 0.0,
             };
-            if self.config.reward == RewardProfile::Decomposed {
-                let step = decomposed::HighStep {
-                    progress_m,
-                    reached: outcome == Outcome::Reached,
-                    collided: outcome == Outcome::Collided,
-                };
-                let mut reward = decomposed::high(&self.config.decomposed, &step);
-                if is_astray {
-                    let rest = self.episode.simulation().steps_left();
-                    reward -= self.config.decomposed.standing(self.config.discount, rest);
-                }
-                pending.reward += pending.discount * reward;
-                self.returned += reward;
-            }
+            let step = HighStep {
+                progress_m,
+                reached: outcome == Outcome::Reached,
+                collided: outcome == Outcome::Collided,
+                stands_for_steps: if is_astray { self.episode.simulation().steps_left() } else { 0 },
+            };
+            let reward = self.config.reward.of_step(&step, self.config.discount);
+            pending.reward += pending.discount * reward;
+            self.returned += reward;
             pending.discount *= self.config.discount;
             if outcome.is_over() || is_astray {
                 break (outcome, is_astray);
@@ -220,10 +211,10 @@ impl HighRobot {
                 break (outcome, false);
             }
         };
-        if self.config.reward == RewardProfile::Paper {
-            pending.reward = self.paper_reward(start, target, obstacle_ahead, outcome);
-            self.returned += pending.reward;
-        }
+        let decision = self.decision(start, target, obstacle_ahead, outcome);
+        let reward = self.config.reward.of_decision(&decision);
+        pending.reward += reward;
+        self.returned += reward;
         self.prepare();
         // What comes after a wrong arrival is known: nothing.
         let is_terminated = outcome.is_terminated() || is_astray;
@@ -266,24 +257,28 @@ impl HighRobot {
         }
     }
 
-    fn paper_reward(&mut self, start: Pose, target: Point, obstacle_ahead: bool, outcome: Outcome) -> f32 {
+    /// What a decision led to, for the reward.
+    fn decision(
+        &mut self,
+        start: Pose,
+        target: Point,
+        obstacle_ahead: bool,
+        outcome: Outcome,
+    ) -> HighDecision {
         let pose = self.episode.navigator().pose();
         let moved = pose.position() - start.position();
         let course_rad = if moved.norm() > 1e-3 { libm::atan2f(moved.y, moved.x) } else { pose.yaw_rad };
         let error = wrap_angle(course_rad - start.bearing_to(target));
         let change = wrap_angle(course_rad - self.last_course_rad);
         self.last_course_rad = course_rad;
-        paper::high(
-            &self.config.paper,
-            &paper::HighStep {
-                direction_error_deg: error.to_degrees(),
-                moved_m: moved.norm(),
-                target_m: (target - start.position()).norm(),
-                obstacle_ahead,
-                direction_change_deg: change.to_degrees(),
-                collided: outcome == Outcome::Collided,
-            },
-        )
+        HighDecision {
+            direction_error_deg: error.to_degrees(),
+            moved_m: moved.norm(),
+            target_m: (target - start.position()).norm(),
+            obstacle_ahead,
+            direction_change_deg: change.to_degrees(),
+            collided: outcome == Outcome::Collided,
+        }
     }
 }
 

@@ -5,15 +5,14 @@
 //! |---|---|
 //! | observation | [`nav_core::observation`], low level, 82 numbers |
 //! | action | forward speed and turning rate, each in [-1, 1] |
-//! | reward | [`LowRobotConfig::reward`] |
+//! | reward | [`LowReward`] |
 //! | terminated | target reached, or collision, or a wrong belief to be at the goal |
 //! | truncated | target given up after `subgoal_steps`, or the episode's time over |
 
-use nav_core::geometry::{Point, Pose};
+use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
-use nav_core::reward::{RewardProfile, decomposed, paper};
+use nav_core::reward::{LowReward, LowStep};
 use nav_core::task::Task;
-use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::Outcome;
 use rand::{RngExt, SeedableRng};
@@ -35,12 +34,8 @@ pub struct LowRobotConfig {
     pub subgoal_m: [f32; 2],
     /// Steps after which a subgoal is given up (truncated).
     pub subgoal_steps: u32,
-    /// Which reward.
-    pub reward: RewardProfile,
-    /// Weights of the profile `decomposed`.
-    pub decomposed: decomposed::LowWeights,
-    /// Weights of the profile `paper`.
-    pub paper: paper::LowWeights,
+    /// What it is paid for.
+    pub reward: LowReward,
 }
 
 /// How an attempt at a target ended.
@@ -235,40 +230,23 @@ impl LowRobot {
         (self.target - after.position()).norm() < reached_m
     }
 
-    fn reward(&self, action: [f32; 2], attempt: Attempt, before: Pose, after: Pose) -> f32 {
-        let reached = attempt == Attempt::Reached;
-        let collided = attempt == Attempt::Collided;
+    fn reward(&self, action: [f32; LOW_ACTION], attempt: Attempt, before: Pose, after: Pose) -> f32 {
         let distance = |pose: Pose| (self.target - pose.position()).norm();
-        match self.config.reward {
-            RewardProfile::Decomposed => decomposed::low(
-                &self.config.decomposed,
-                &decomposed::LowStep {
-                    progress_m: distance(before) - distance(after),
-                    action,
-                    last_action: self.last_action,
-                    clearance_m: self.episode.simulation().clearance_m(),
-                    reached,
-                    collided,
-                },
-            ),
-            RewardProfile::Paper => {
-                let Twist { linear_mps, angular_radps } = self.episode.navigator().decode_low(action);
-                let error = nav_core::geometry::wrap_angle(after.bearing_to(self.target) - after.yaw_rad);
-                paper::low(
-                    &self.config.paper,
-                    &paper::LowStep {
-                        linear_mps,
-                        angular_radps,
-                        nearest_m: self.episode.navigator().scan().nearest_m(),
-                        direction_error_deg: error.to_degrees(),
-                        moved_m: (after.position() - before.position()).norm(),
-                        target_m: distance(before),
-                        reached,
-                        collided,
-                    },
-                )
-            }
-        }
+        let navigator = self.episode.navigator();
+        let error_rad = wrap_angle(after.bearing_to(self.target) - after.yaw_rad);
+        self.config.reward.of_step(&LowStep {
+            progress_m: distance(before) - distance(after),
+            target_m: distance(before),
+            moved_m: (after.position() - before.position()).norm(),
+            direction_error_deg: error_rad.to_degrees(),
+            action,
+            last_action: self.last_action,
+            command: navigator.decode_low(action),
+            clearance_m: self.episode.simulation().clearance_m(),
+            nearest_m: navigator.scan().nearest_m(),
+            reached: attempt == Attempt::Reached,
+            collided: attempt == Attempt::Collided,
+        })
     }
 
     /// Whether it drives at the world's goal, not at a random subgoal.

@@ -5,7 +5,7 @@ use nav_core::geometry::{Point, Pose};
 use nav_core::metrics::EpisodeEnd;
 use nav_core::network::{Activation, CpuLevel, Layer, MlpSpec, MlpWeights, Network};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
-use nav_core::reward::{RewardProfile, decomposed, paper};
+use nav_core::reward::{HighReward, LowReward, decomposed};
 use nav_core::scan::SECTOR_COUNT;
 use nav_core::task::{ACTION_GOAL, Task};
 use nav_env::ActingNetwork;
@@ -58,9 +58,7 @@ fn attempts(localiser: Localiser) -> Vec<(Attempt, bool, f32)> {
         goal_share: 1.0,
         subgoal_m: [0.7, 3.0],
         subgoal_steps: 80,
-        reward: RewardProfile::Decomposed,
-        decomposed: decomposed::LowWeights::default(),
-        paper: paper::LowWeights::default(),
+        reward: LowReward::Decomposed(decomposed::LowWeights::default()),
     };
     let mut robot = LowRobot::new(config, hall(), &Task::default(), &drifting(localiser), 3);
     let mut network = homing();
@@ -97,13 +95,7 @@ fn a_localiser_brings_it_there() {
 #[test]
 fn a_high_level_that_goes_astray_pays_the_rest_of_its_time_and_does_not_bootstrap() {
     let weights = decomposed::HighWeights::default();
-    let config = HighRobotConfig {
-        discount: 0.995,
-        n_step: 1,
-        reward: RewardProfile::Decomposed,
-        decomposed: weights,
-        paper: paper::HighWeights::default(),
-    };
+    let config = HighRobotConfig { discount: 0.995, n_step: 1, reward: HighReward::Decomposed(weights) };
     let mut robot = HighRobot::new(config, hall(), &Task::default(), &drifting(Localiser::default()), 5);
     let (mut low, mut transitions, mut astray) = (homing(), Vec::new(), 0);
     for _ in 0..200 {

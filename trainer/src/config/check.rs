@@ -3,7 +3,6 @@
 use anyhow::{Result, bail, ensure};
 use nav_core::network::MAX_LAYERS;
 use nav_core::observation::{HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION};
-use nav_core::reward::RewardProfile;
 use nav_sim::families::{DESIGN_RADIUS_M, Family};
 
 use super::{Config, HighConfig, LowConfig, bounds};
@@ -68,10 +67,7 @@ impl LowConfig {
         let [least, most] = self.noise;
         ensure!(0.0 <= least && least <= most, "low.noise must be [least, most] with 0 <= least <= most");
         hidden("low.td3", &self.td3.hidden)?;
-        if self.reward == RewardProfile::Decomposed {
-            crash_costs("low", self.decomposed.collided, self.decomposed.least_collided(self.discount))?;
-        }
-        Ok(())
+        crash_costs("low", self.paid().least_crash_if_crashing_pays(self.discount))
     }
 }
 
@@ -86,10 +82,7 @@ impl HighConfig {
         );
         ensure!(self.replay_capacity >= self.batch, "high.replay_capacity must be at least high.batch");
         hidden("high.dqn", &self.dqn.hidden)?;
-        if self.reward == RewardProfile::Decomposed {
-            crash_costs("high", self.decomposed.collided, self.decomposed.least_collided(self.discount))?;
-        }
-        Ok(())
+        crash_costs("high", self.paid().least_crash_if_crashing_pays(self.discount))
     }
 }
 
@@ -128,12 +121,13 @@ fn families(stage: &str, families: &[Family]) -> Result<()> {
     Ok(())
 }
 
-fn crash_costs(level: &str, collided: f32, least: f32) -> Result<()> {
-    ensure!(
-        collided > least,
-        "{level}.decomposed.collided must exceed {least}, twice what standing still for ever costs: with less, \
-         crashing pays"
-    );
+fn crash_costs(level: &str, least_if_crashing_pays: Option<f32>) -> Result<()> {
+    if let Some(least) = least_if_crashing_pays {
+        bail!(
+            "{level}.decomposed.collided must exceed {least}, twice what standing still for ever costs: with less, \
+             crashing pays"
+        );
+    }
     Ok(())
 }
 

@@ -1,6 +1,7 @@
 //! One reward a level. The low level is paid for reaching its target, the high level for reaching the goal;
 //! neither can earn by standing still, and neither is better off crashing than being stuck.
 
+use super::{HighStep, LowStep};
 use serde::{Deserialize, Serialize};
 
 /// Weights of the low level's reward.
@@ -46,23 +47,6 @@ impl LowWeights {
     pub fn least_collided(&self, discount: f32) -> f32 {
         2.0 * (self.time + self.proximity) / (1.0 - discount)
     }
-}
-
-/// What the low level's reward looks at after a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LowStep {
-    /// How much nearer the target is than before the step, m.
-    pub progress_m: f32,
-    /// The action taken, in [-1, 1].
-    pub action: [f32; 2],
-    /// The action before, in [-1, 1].
-    pub last_action: [f32; 2],
-    /// From the footprint to the nearest obstacle, m.
-    pub clearance_m: f32,
-    /// Whether the target was reached.
-    pub reached: bool,
-    /// Whether the robot collided.
-    pub collided: bool,
 }
 
 /// The low level's reward of a step.
@@ -115,19 +99,8 @@ impl HighWeights {
     }
 }
 
-/// What the high level's reward looks at after a step; a decision's reward is the discounted sum.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HighStep {
-    /// How much shorter the way to the goal is than before the step, m.
-    pub progress_m: f32,
-    /// Whether the goal was reached.
-    pub reached: bool,
-    /// Whether the robot collided.
-    pub collided: bool,
-}
-
-/// The high level's reward of a step.
-pub fn high(weights: &HighWeights, step: &HighStep) -> f32 {
+/// The high level's reward of a step, with the discount of a step; a decision's reward is the discounted sum.
+pub fn high(weights: &HighWeights, step: &HighStep, discount: f32) -> f32 {
     let mut reward = weights.progress * step.progress_m - weights.time;
     if step.reached {
         reward += weights.reached;
@@ -135,7 +108,7 @@ pub fn high(weights: &HighWeights, step: &HighStep) -> f32 {
     if step.collided {
         reward -= weights.collided;
     }
-    reward
+    reward - weights.standing(discount, step.stands_for_steps)
 }
 
 #[cfg(test)]
@@ -147,7 +120,7 @@ mod tests {
         let stand =
             LowStep { action: [-1.0, 0.0], last_action: [-1.0, 0.0], clearance_m: 1.0, ..LowStep::default() };
         assert!(low(&LowWeights::default(), &stand) < 0.0);
-        assert!(high(&HighWeights::default(), &HighStep::default()) < 0.0);
+        assert!(high(&HighWeights::default(), &HighStep::default(), 0.995) < 0.0);
         assert!(LowWeights::default().collided > LowWeights::default().least_collided(0.98));
         assert!(HighWeights::default().collided > HighWeights::default().least_collided(0.995));
     }
@@ -163,8 +136,8 @@ mod tests {
     #[test]
     fn goal_and_crash_differ_by_their_weights() {
         let weights = HighWeights::default();
-        let reached = high(&weights, &HighStep { reached: true, ..HighStep::default() });
-        let collided = high(&weights, &HighStep { collided: true, ..HighStep::default() });
+        let reached = high(&weights, &HighStep { reached: true, ..HighStep::default() }, 0.995);
+        let collided = high(&weights, &HighStep { collided: true, ..HighStep::default() }, 0.995);
         assert!((reached - collided - 20.0).abs() < 1e-5);
     }
 }

@@ -9,6 +9,7 @@
 //! 3. An obstacle lies ahead when the footprint and 5 cm on each side cannot go 1 m straight on.
 //! 4. d_min is measured by the lidar from the robot's centre, after the step.
 
+use super::{HighDecision, LowStep};
 use serde::{Deserialize, Serialize};
 
 /// Weights of R_high.
@@ -45,23 +46,6 @@ impl Default for HighWeights {
     }
 }
 
-/// What R_high looks at after a decision.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HighStep {
-    /// theta_diff: between the actual and the target direction, degrees.
-    pub direction_error_deg: f32,
-    /// d_actual: distance actually moved, m.
-    pub moved_m: f32,
-    /// d_target: target distance, m.
-    pub target_m: f32,
-    /// Whether an obstacle lies ahead.
-    pub obstacle_ahead: bool,
-    /// delta_theta: change of direction between consecutive actions, degrees.
-    pub direction_change_deg: f32,
-    /// Whether the robot collided.
-    pub collided: bool,
-}
-
 /// R_dir = 1 - |theta_diff| / 180.
 pub fn direction_term(direction_error_deg: f32) -> f32 {
     1.0 - direction_error_deg.abs() / 180.0
@@ -73,7 +57,7 @@ pub fn distance_term(moved_m: f32, target_m: f32) -> f32 {
 }
 
 /// R_high = w1 R_dir + w2 R_dist + w3 R_avoid + w4 R_smooth - P_collision - P_time.
-pub fn high(weights: &HighWeights, step: &HighStep) -> f32 {
+pub fn high(weights: &HighWeights, step: &HighDecision) -> f32 {
     let avoid = if step.obstacle_ahead { 0.0 } else { weights.no_obstacle };
     let smooth = 0.1 * (1.0 - (step.direction_change_deg.abs() / 90.0).min(1.0));
     let collision = if step.collided { weights.collision } else { 0.0 };
@@ -107,27 +91,6 @@ impl Default for LowWeights {
     }
 }
 
-/// What R_low looks at after a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LowStep {
-    /// a_lin: commanded forward speed, m/s.
-    pub linear_mps: f32,
-    /// a_ang: commanded turning rate, rad/s.
-    pub angular_radps: f32,
-    /// d_min: distance to the nearest obstacle, m.
-    pub nearest_m: f32,
-    /// theta_diff, degrees.
-    pub direction_error_deg: f32,
-    /// d_actual: distance actually moved, m.
-    pub moved_m: f32,
-    /// d_target, m.
-    pub target_m: f32,
-    /// Whether the target was reached.
-    pub reached: bool,
-    /// Whether the robot collided.
-    pub collided: bool,
-}
-
 /// R_low = R_env + w7 (R_dir + R_dist) - w8 P_collision.
 pub fn low(weights: &LowWeights, step: &LowStep) -> f32 {
     let environment = if step.reached {
@@ -136,7 +99,7 @@ pub fn low(weights: &LowWeights, step: &LowStep) -> f32 {
         -weights.collided
     } else {
         let near = if step.nearest_m < 1.0 { 1.0 - step.nearest_m } else { 0.0 };
-        step.linear_mps / 2.0 - step.angular_radps.abs() / 2.0 - near / 2.0
+        step.command.linear_mps / 2.0 - step.command.angular_radps.abs() / 2.0 - near / 2.0
     };
     let collision = if step.collided { weights.collision_penalty } else { 0.0 };
     environment
@@ -148,14 +111,15 @@ pub fn low(weights: &LowWeights, step: &LowStep) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::twist::Twist;
 
     /// The paper's flaw in figures: facing the target and standing still pays 0.40 + 0.02 (no obstacle) + 0.01 (no turn)
     /// - 0.01 a decision.
     #[test]
     fn standing_still_and_facing_the_target_pays() {
-        let step = HighStep { target_m: 2.0, ..HighStep::default() };
+        let step = HighDecision { target_m: 2.0, ..HighDecision::default() };
         assert!((high(&HighWeights::default(), &step) - 0.42).abs() < 1e-6);
-        let crash = HighStep { collided: true, ..step };
+        let crash = HighDecision { collided: true, ..step };
         assert!((high(&HighWeights::default(), &crash) + 0.58).abs() < 1e-6);
     }
 
@@ -169,7 +133,8 @@ mod tests {
     #[test]
     fn low_reward_follows_the_three_cases() {
         let weights = LowWeights::default();
-        let drive = LowStep { linear_mps: 1.0, nearest_m: 0.5, target_m: 1.0, ..LowStep::default() };
+        let drive =
+            LowStep { command: Twist::new(1.0, 0.0), nearest_m: 0.5, target_m: 1.0, ..LowStep::default() };
         assert!((low(&weights, &drive) - (0.5 - 0.25 + 1.0)).abs() < 1e-6);
         let reached = LowStep { reached: true, ..drive };
         assert!((low(&weights, &reached) - 101.0).abs() < 1e-4);
