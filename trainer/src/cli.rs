@@ -82,7 +82,7 @@ pub struct TrainArgs {
     /// With --algorithm dqn: the finished run whose low level to use
     #[arg(long, value_name = "FOLDER", conflicts_with = "resume")]
     pub low: Option<PathBuf>,
-    /// Print the whole configuration as TOML and stop
+    /// Print the whole configuration as TOML, with the range of each number, and stop
     #[arg(long)]
     pub print_config: bool,
 }

@@ -9,7 +9,7 @@ use nav_host::terminal::{note, say};
 use std::path::Path;
 
 use crate::cli::{AlgorithmArg, ExportArgs, TrainArgs};
-use crate::config::{Config, Profile};
+use crate::config::{Config, Profile, bounds};
 use crate::export;
 use crate::train::policy::Policy;
 use crate::train::run::{End, Run};
@@ -22,7 +22,7 @@ use crate::train::run_folder::RunFolder;
 /// that was missed.
 pub fn train(args: &TrainArgs) -> Result<Exit> {
     if args.print_config {
-        say(plan(args)?.to_toml().trim_end());
+        say(bounds::commented(&plan(args)?.to_toml()).trim_end());
         return Ok(Exit::Done);
     }
     let stop = Stop::listen(Second::EndsAtOnce).context("signals cannot be taken over")?;
@@ -149,10 +149,10 @@ fn tell(policy: &Policy, folder: &Path) {
             text,
             "{:<10} {:>6.1} % {:>8.1} % {:>5.1} %   {:.1} %",
             score.family.to_string(),
-            100.0 * score.success,
-            100.0 * score.collision,
+            100.0 * score.success(),
+            100.0 * score.collision(),
             100.0 * score.spin,
-            100.0 * flat.success
+            100.0 * flat.success()
         );
     }
     if policy.gate.missed.is_empty() {

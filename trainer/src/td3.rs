@@ -27,7 +27,7 @@ pub use self::batch::{Batch, Transition};
 pub use self::config::{Td3Config, Td3Losses};
 use self::smooth::Smoothness;
 use crate::nn::flat::mean;
-use crate::nn::{Activation, Adam, AdamState, Mlp, MlpShape, Rng, descend, flat};
+use crate::nn::{Activation, Adam, AdamState, Buffer, Mlp, MlpShape, Rng, descend, flat};
 
 /// A critic, its target and its optimiser.
 #[derive(Debug)]
@@ -110,6 +110,11 @@ impl Td3 {
     #[must_use]
     pub fn set_actor(&mut self, actor: &Mlp) -> bool {
         self.actor.set_parameters(actor.parameters()) && self.actor_target.set_parameters(actor.parameters())
+    }
+
+    /// The first critic's values of normalised observations and actions, side by side.
+    pub fn values(&mut self, inputs: &Buffer) -> &[f32] {
+        self.critics[0].online.forward(&inputs.view(inputs.rows()))
     }
 
     /// Updates made.

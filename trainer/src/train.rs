@@ -2,7 +2,7 @@
 //!
 //! Reading order: [`plan`] (the stages as data), [`learners`] with [`low_learner`] and [`high_learner`] (what outlives
 //! a stage), [`stage`] (what every stage does) with [`low_stage`] and [`high_stage`] (the robots that drive in one) and
-//! [`window`] (what is told of their driving), [`run`] (what happens when), [`low_score`] and [`gate`]
+//! [`window`] and [`trail`] (what is told of their driving), [`run`] (what happens when), [`low_score`] and [`gate`]
 //! (what must be reached), [`policy`] and [`run_folder`] (what is kept).
 
 pub mod plan;
@@ -14,6 +14,7 @@ pub mod low_stage;
 mod explore;
 pub mod high_stage;
 pub mod window;
+pub mod trail;
 pub mod run;
 pub mod low_score;
 pub mod gate;

@@ -101,6 +101,24 @@ fn killed_resumed_exported_and_evaluated() {
         let read = |model: &str| std::fs::read(here.join(model).join(file)).expect("exported");
         assert!(read("killed") == read("whole"), "{file}: a killed and resumed run differs from a whole one");
     }
+    let scalars = |run: &str| std::fs::read_to_string(here.join(run).join("scalars.csv")).expect("logged");
+    let table = scalars("runs/whole");
+    assert_eq!(scalars("runs/killed"), table, "what is logged does not depend on the kill");
+    for tag in [
+        "dqn/q_bias",
+        "high/discounted_return",
+        "gate/missed",
+        "gate/u_trap_success",
+        "gate/flat_clutter_spin",
+    ] {
+        assert!(
+            table.lines().next().is_some_and(|header| header.split(',').any(|name| name == tag)),
+            "{tag}: {table}"
+        );
+    }
+    let no_sign =
+        |field: &str| !field.starts_with('-') || field.parse::<f64>().is_ok_and(|value| value < 0.0);
+    assert!(table.split([',', '\n']).all(no_sign), "{table}");
 
     let arguments =
         ["evaluate", "--model", "whole", "--families", "clutter", "--worlds", "2", "--out", "eval"];

@@ -69,6 +69,12 @@ pub struct DecisionReport {
     pub steps: u32,
     /// How the episode stands.
     pub outcome: Outcome,
+    /// What the decision earned: its steps' rewards, discounted and summed.
+    pub reward: f32,
+    /// Discount from the decision to the next one.
+    pub discount: f32,
+    /// Whether it ended the episode for good, so that nothing follows.
+    pub is_terminated: bool,
     /// Sum of the rewards since the episode began, undiscounted.
     pub returned: f32,
 }
@@ -219,8 +225,10 @@ impl HighRobot {
         // What comes after a wrong arrival is known: nothing.
         let is_terminated = outcome.is_terminated() || is_astray;
         let outcome = if is_astray { Outcome::TimedOut } else { outcome };
+        let Pending { reward, discount, .. } = pending;
         self.settle(pending, outcome.is_over(), is_terminated, transitions);
-        let report = DecisionReport { steps, outcome, returned: self.returned };
+        let report =
+            DecisionReport { steps, outcome, reward, discount, is_terminated, returned: self.returned };
         if outcome.is_over() {
             self.begin(self.episodes + 1);
         }

@@ -125,6 +125,25 @@ impl Bound {
     }
 }
 
+/// A configuration's TOML with the range of each number beside it, for people who look for what to change.
+pub fn commented(toml: &str) -> String {
+    let (mut table, mut text) = (String::new(), String::new());
+    for line in toml.lines() {
+        text.push_str(line);
+        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            table = format!("{name}.");
+        } else if let Some((key, _)) = line.split_once(" = ") {
+            let field = format!("{table}{key}");
+            if let Some(Bound { unit, least, most, .. }) = BOUNDS.iter().find(|bound| bound.field == field) {
+                let space = if unit.is_empty() { "" } else { " " };
+                text.push_str(&format!("  # {least} to {most}{space}{unit}"));
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
 /// Refuses every number outside its range, by the name of its field.
 ///
 /// # Errors
@@ -187,6 +206,15 @@ mod tests {
         for profile in [Profile::Quick, Profile::Full] {
             check(&Value::try_from(Config::of_profile(profile)).expect("plain numbers"), "").expect("inside");
         }
+    }
+
+    #[test]
+    fn comments_name_every_range_and_change_nothing() {
+        let config = Config::default();
+        let text = commented(&config.to_toml());
+        assert_eq!(text.matches("  # ").count(), BOUNDS.len(), "{text}");
+        assert!(text.contains("envs = 16  # 1 to 1024 robots"), "{text}");
+        assert_eq!(Config::parse(&text, Profile::Quick).expect("still TOML"), config);
     }
 
     #[test]

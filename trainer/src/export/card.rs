@@ -60,10 +60,10 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
             "| {} | {} | {:.1} % | {:.1} % | {:.1} % | {:.1} % |",
             score.family,
             score.worlds,
-            100.0 * score.success,
-            100.0 * score.collision,
+            100.0 * score.success(),
+            100.0 * score.collision(),
             100.0 * score.spin,
-            100.0 * flat.success
+            100.0 * flat.success()
         );
     }
     let _ = write!(

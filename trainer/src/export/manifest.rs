@@ -26,9 +26,9 @@ pub(super) fn manifest(policy: &Policy, td3: &str, dqn: Option<&str>, golden: &s
         let row = EvaluationRow {
             family: text(score.family.id())?,
             worlds: score.worlds as u32,
-            success: score.success,
-            collision: score.collision,
-            timeout: 1.0 - score.success - score.collision,
+            success: score.success(),
+            collision: score.collision(),
+            timeout: score.timeout(),
         };
         evaluation.push(row).ok().context("too many families")?;
     }

@@ -21,12 +21,33 @@ pub struct FamilyScore {
     pub family: Family,
     /// Worlds driven.
     pub worlds: usize,
-    /// Share that reached the goal.
-    pub success: f32,
-    /// Share that collided.
-    pub collision: f32,
+    /// Worlds in which it reached the goal.
+    pub reached: usize,
+    /// Worlds in which it collided.
+    pub collided: usize,
     /// Share of steps that were spin.
     pub spin: f32,
+}
+
+impl FamilyScore {
+    fn share(&self, count: usize) -> f32 {
+        count as f32 / self.worlds.max(1) as f32
+    }
+
+    /// Share of worlds in which it reached the goal.
+    pub fn success(&self) -> f32 {
+        self.share(self.reached)
+    }
+
+    /// Share of worlds in which it collided.
+    pub fn collision(&self) -> f32 {
+        self.share(self.collided)
+    }
+
+    /// Share of worlds in which it did neither in time.
+    pub fn timeout(&self) -> f32 {
+        self.share(self.worlds.saturating_sub(self.reached + self.collided))
+    }
 }
 
 /// What a run reached, and what it missed.
@@ -40,6 +61,29 @@ pub struct GateReport {
     pub flat: Vec<FamilyScore>,
     /// Every threshold that was missed, as a sentence; empty when the gate is passed.
     pub missed: Vec<String>,
+}
+
+impl GateReport {
+    /// For the logs: `gate/low_reach`, `gate/maze_success` and so on, shares; `gate/missed` counts what was missed.
+    pub fn scalars(&self, task: &Task) -> Vec<(String, f64)> {
+        let mut scalars = vec![
+            ("gate/missed".to_owned(), self.missed.len() as f64),
+            ("gate/deviation_margin".to_owned(), f64::from(task.decision.deviation_margin)),
+            ("gate/low_reach".to_owned(), f64::from(self.low.all.reach)),
+            ("gate/low_collision".to_owned(), f64::from(self.low.all.collision)),
+        ];
+        for (prefix, scores) in [("gate/", &self.families), ("gate/flat_", &self.flat)] {
+            for score in scores {
+                let figures =
+                    [("success", score.success()), ("collision", score.collision()), ("spin", score.spin)];
+                scalars.extend(
+                    figures
+                        .map(|(name, value)| (format!("{prefix}{}_{name}", score.family), f64::from(value))),
+                );
+            }
+        }
+        scalars
+    }
 }
 
 /// What is judged.
@@ -104,20 +148,18 @@ pub fn score_families(
     for (place, driven) in places.iter().zip(&driven) {
         let Some(family) = place.scene.family() else { continue };
         let at = scores.iter().position(|score| score.family == family).unwrap_or_else(|| {
-            scores.push(FamilyScore { family, worlds: 0, success: 0.0, collision: 0.0, spin: 0.0 });
+            scores.push(FamilyScore { family, worlds: 0, reached: 0, collided: 0, spin: 0.0 });
             steps.push(0.0);
             scores.len() - 1
         });
         let (score, metrics) = (&mut scores[at], &driven.metrics);
         score.worlds += 1;
-        score.success += f32::from(u8::from(metrics.end == EpisodeEnd::Success));
-        score.collision += f32::from(u8::from(metrics.end == EpisodeEnd::Collision));
+        score.reached += usize::from(metrics.end == EpisodeEnd::Success);
+        score.collided += usize::from(metrics.end == EpisodeEnd::Collision);
         score.spin += metrics.spin * metrics.steps as f32;
         steps[at] += metrics.steps as f32;
     }
     for (score, steps) in scores.iter_mut().zip(steps) {
-        score.success /= score.worlds as f32;
-        score.collision /= score.worlds as f32;
         score.spin /= steps.max(1.0);
     }
     Ok(scores)
@@ -125,7 +167,7 @@ pub fn score_families(
 
 /// One number to choose by: mean success, less a quarter of mean collision.
 pub fn merit(scores: &[FamilyScore]) -> f32 {
-    let sum: f32 = scores.iter().map(|score| score.success - 0.25 * score.collision).sum();
+    let sum: f32 = scores.iter().map(|score| score.success() - 0.25 * score.collision()).sum();
     sum / scores.len().max(1) as f32
 }
 
@@ -142,8 +184,9 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
             ));
         }
     };
-    let of =
-        |family: Family| families.iter().find(|score| score.family == family).map_or(f32::NAN, |s| s.success);
+    let of = |family: Family| {
+        families.iter().find(|score| score.family == family).map_or(f32::NAN, FamilyScore::success)
+    };
     at_least("success in clutter", of(Family::Clutter), gate.clutter_success);
     if is_hybrid {
         at_least("success in u_trap", of(Family::UTrap), gate.u_trap_success);
@@ -163,7 +206,7 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
     }
     for score in families {
         let most = if score.family.has_people() { gate.people_collision } else { gate.static_collision };
-        limits.push((format!("the collision rate in {}", score.family), score.collision, most));
+        limits.push((format!("the collision rate in {}", score.family), score.collision(), most));
     }
     for (what, value, most) in limits {
         if value.is_nan() || value > most {
@@ -183,7 +226,7 @@ mod tests {
     use crate::config::GateConfig;
 
     fn scored(family: Family, spin: f32) -> FamilyScore {
-        FamilyScore { family, worlds: 1, success: 1.0, collision: 0.0, spin }
+        FamilyScore { family, worlds: 100, reached: 100, collided: 0, spin }
     }
 
     #[test]
@@ -192,14 +235,24 @@ mod tests {
         let low = LowScore { attempts: 1, reach: 1.0, collision: 0.0 };
         let good = [Family::Clutter, Family::UTrap, Family::Crowd].map(|family| scored(family, 0.0));
         assert_eq!(missed(&config, &low, &good, true), Vec::<String>::new());
-        for (at, collision) in [(2, 0.67), (0, 0.2)] {
+        for (at, collided) in [(2, 67), (0, 20)] {
             for is_hybrid in [true, false] {
                 let mut families = good.clone();
-                families[at].collision = collision;
+                families[at].collided = collided;
                 let missed = missed(&config, &low, &families, is_hybrid);
                 assert_eq!(missed.len(), 1, "{missed:?}");
                 assert!(missed[0].contains(&families[at].family.to_string()), "{missed:?}");
             }
+        }
+    }
+
+    #[test]
+    fn shares_add_up_and_none_is_negative() {
+        for (reached, collided) in [(13, 2), (15, 0), (0, 15), (7, 7), (0, 0)] {
+            let score = FamilyScore { family: Family::Maze, worlds: 15, reached, collided, spin: 0.0 };
+            let timeouts = (15 - reached - collided) as f32 / 15.0;
+            assert_eq!(score.timeout().to_bits(), timeouts.to_bits(), "{score:?}");
+            assert!((score.success() + score.collision() + score.timeout() - 1.0).abs() < 1e-6);
         }
     }
 

@@ -143,6 +143,15 @@ impl HighLearner {
         self.replay = ReplayBuffer::new(1, ROW);
     }
 
+    /// The scorer's values of observations with the action chosen there, side by side, summed.
+    pub fn values(&mut self, inputs: &[f32]) -> f32 {
+        let rows = inputs.chunks_exact(HIGH_OBSERVATION + 1);
+        let observations: Vec<f32> =
+            rows.clone().flat_map(|row| row[..HIGH_OBSERVATION].iter().copied()).collect();
+        let values = self.learner.values(&observations).chunks_exact(ACTION_COUNT);
+        rows.zip(values).fold(0.0, |sum, (row, values)| sum + values[row[HIGH_OBSERVATION] as usize])
+    }
+
     /// The learning rule.
     pub fn learner(&self) -> &Dqn {
         &self.learner

@@ -4,7 +4,7 @@
 //! from the rounds before.
 
 use anyhow::{Context, Result, ensure};
-use nav_core::observation::{CANDIDATE_FEATURES, expand_candidates};
+use nav_core::observation::{CANDIDATE_FEATURES, HIGH_OBSERVATION, expand_candidates};
 use nav_core::task::{ACTION_COUNT, ACTION_GOAL};
 use nav_env::ActingNetwork;
 use nav_env::high::{DecisionReport, HighRobot, HighTransition, random_action};
@@ -15,10 +15,12 @@ use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+use super::high_learner::HighLearner;
 use super::learners::Learners;
 use super::low_learner::OTHER;
 use super::plan::StagePlan;
 use super::stage::Stage;
+use super::trail::Trail;
 use super::window::{Ended, Window};
 use crate::checkpoint::{Checkpoint, Contents};
 use crate::config::{Config, HighConfig};
@@ -34,6 +36,8 @@ pub struct HighStage {
     decisions: u64,
     env_steps: u64,
     episodes: Window,
+    /// Each robot's present episode.
+    trails: Vec<Trail>,
 }
 
 /// What a checkpoint keeps of the stage.
@@ -44,13 +48,15 @@ struct HighStageState {
     decisions: u64,
     env_steps: u64,
     episodes: Window,
+    trails: Vec<Trail>,
 }
 
 /// What the robots bring back from a round.
 #[derive(Default)]
 struct Harvest {
     transitions: Vec<HighTransition>,
-    reports: Vec<DecisionReport>,
+    /// Of each robot what it saw and chose, and what came of it.
+    decisions: Vec<([f32; HIGH_OBSERVATION], usize, DecisionReport)>,
 }
 
 impl HighStage {
@@ -69,6 +75,7 @@ impl HighStage {
             decisions: 0,
             env_steps: 0,
             episodes: Window::new(400),
+            trails: vec![Trail::default(); plan.robots],
         }
     }
 
@@ -79,16 +86,19 @@ impl HighStage {
         start + (end - start) * (self.decisions as f32 / span.max(1.0)).min(1.0)
     }
 
-    fn take_in(&mut self, harvest: &Harvest) {
-        for report in &harvest.reports {
+    fn take_in(&mut self, harvest: &Harvest, high: &mut HighLearner) {
+        for (trail, (observation, action, report)) in self.trails.iter_mut().zip(&harvest.decisions) {
             self.decisions += 1;
             self.env_steps += u64::from(report.steps);
+            trail.push(&[observation, &[*action as f32]], report.reward, report.discount);
             if report.outcome.is_over() {
                 self.episodes.push(Ended {
                     succeeded: report.outcome == Outcome::Reached,
                     collided: report.outcome == Outcome::Collided,
                     returned: report.returned,
+                    judged: report.is_terminated.then(|| trail.judge(|inputs| high.values(inputs))),
                 });
+                trail.clear();
             }
         }
     }
@@ -105,8 +115,8 @@ impl Stage for HighStage {
         let harvest = high.learn_beside(progress, |acting| {
             drive_round(robots, explorers, acting, low, (epsilon, goal_share))
         })?;
-        self.take_in(&harvest);
-        high.take_in(harvest.reports.len() as u64, &harvest.transitions)
+        self.take_in(&harvest, high);
+        high.take_in(harvest.decisions.len() as u64, &harvest.transitions)
     }
 
     fn is_finished(&self) -> bool {
@@ -143,6 +153,10 @@ impl Stage for HighStage {
             ("dqn/error_mean", losses.error_mean),
             ("dqn/gradient_norm", losses.gradient_norm),
         ];
+        let mut scalars = scalars.to_vec();
+        if let Some((returned, bias)) = self.episodes.discounted_return_and_bias() {
+            scalars.extend([("high/discounted_return", returned), ("dqn/q_bias", bias)]);
+        }
         scalars.into_iter().map(|(name, value)| (name, f64::from(value))).collect()
     }
 
@@ -154,14 +168,15 @@ impl Stage for HighStage {
             decisions: self.decisions,
             env_steps: self.env_steps,
             episodes: self.episodes.clone(),
+            trails: self.trails.clone(),
         };
         Ok(contents.value("stage", &state)?)
     }
 
     fn restore_from(&mut self, checkpoint: &Checkpoint, learners: &mut Learners) -> Result<()> {
         let state: HighStageState = checkpoint.value("stage")?;
-        let lengths = [state.histories.len(), state.explorers.len()];
-        ensure!(lengths == [self.robots.len(); 2], OTHER);
+        let lengths = [state.histories.len(), state.explorers.len(), state.trails.len()];
+        ensure!(lengths == [self.robots.len(); 3], OTHER);
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {
             robot.replay(*number, actions, learners.low.acting());
         }
@@ -169,6 +184,7 @@ impl Stage for HighStage {
         self.decisions = state.decisions;
         self.env_steps = state.env_steps;
         self.episodes = state.episodes;
+        self.trails = state.trails;
         Ok(())
     }
 }
@@ -191,7 +207,9 @@ fn drive_round(
             acting.run(&rows, &mut values);
             robot.mask().best(&values, 0.0).unwrap_or(ACTION_GOAL)
         });
-        harvest.reports.push(robot.decide(action, low, &mut harvest.transitions));
+        let observation = *robot.observation();
+        let report = robot.decide(action, low, &mut harvest.transitions);
+        harvest.decisions.push((observation, action, report));
     }
     harvest
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::policy::Policy;
 use crate::acting::{Normaliser, pack, repack};
 use crate::config::{Config, LowConfig};
-use crate::nn::Rng;
+use crate::nn::{Buffer, Rng};
 use crate::replay::{ReplayBuffer, ReplayPosition};
 use crate::td3::{Batch, Td3, Td3Config, Td3Losses, Td3State, Transition};
 
@@ -180,9 +180,21 @@ impl LowLearner {
         self.normaliser.as_ref()
     }
 
-    /// Its hyper-parameters.
-    pub fn config(&self) -> &LowConfig {
-        &self.config
+    /// Discount of a step.
+    pub fn discount(&self) -> f32 {
+        self.config.discount
+    }
+
+    /// The critic's values of raw observations and actions, side by side, summed; 0 within the warm-up.
+    pub fn values(&mut self, inputs: &[f32]) -> f32 {
+        let Some(normaliser) = &self.normaliser else { return 0.0 };
+        let width = LOW_OBSERVATION + LOW_ACTION;
+        let mut inputs = Buffer::of(inputs, width);
+        inputs
+            .as_mut_slice()
+            .chunks_exact_mut(width)
+            .for_each(|row| normaliser.apply(&mut row[..LOW_OBSERVATION]));
+        self.learner.values(&inputs).iter().fold(0.0, |sum, value| sum + value)
     }
 
     /// The rows of the replay buffer, for a checkpoint.

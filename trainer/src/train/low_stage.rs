@@ -16,6 +16,7 @@ use super::learners::Learners;
 use super::low_learner::OTHER;
 use super::plan::StagePlan;
 use super::stage::Stage;
+use super::trail::{Judged, Trail};
 use super::window::{Ended, Window};
 use crate::checkpoint::{Checkpoint, Contents};
 use crate::config::{CollapseConfig, Config};
@@ -32,8 +33,8 @@ pub struct LowStage {
     explorers: Vec<Rng>,
     env_steps: u64,
     attempts: Window,
-    /// Rewards of each robot's present attempt, summed.
-    returns: Vec<f32>,
+    /// Each robot's present attempt.
+    trails: Vec<Trail>,
 }
 
 /// What a checkpoint keeps of the stage.
@@ -43,7 +44,7 @@ struct LowStageState {
     explorers: Vec<Rng>,
     env_steps: u64,
     attempts: Window,
-    returns: Vec<f32>,
+    trails: Vec<Trail>,
 }
 
 impl LowStage {
@@ -62,7 +63,7 @@ impl LowStage {
             explorers: exploration.map(Rng::seed_from_u64).collect(),
             env_steps: 0,
             attempts: Window::new(1_000),
-            returns: vec![0.0; plan.robots],
+            trails: vec![Trail::default(); plan.robots],
         }
     }
 
@@ -83,10 +84,14 @@ impl Stage for LowStage {
                 [rng.random_range(-1.0..=1.0), rng.random_range(-1.0..=1.0)]
             };
             let (transition, attempt) = robot.step(action);
-            self.returns[index] += transition.reward;
+            let trail = &mut self.trails[index];
+            trail.push(&[&transition.observation, &transition.action], transition.reward, low.discount());
             if attempt != Attempt::Running {
-                let returned = std::mem::take(&mut self.returns[index]);
-                ended(attempt, returned).into_iter().for_each(|ended| self.attempts.push(ended));
+                let judged = transition.terminated.then(|| trail.judge(|inputs| low.values(inputs)));
+                if let Some(ended) = ended(attempt, trail.total(), judged) {
+                    self.attempts.push(ended);
+                }
+                trail.clear();
             }
             low.store(transition);
             self.env_steps += 1;
@@ -148,6 +153,10 @@ impl Stage for LowStage {
             ("td3/smooth_temporal", losses.smooth_temporal),
             ("td3/saturation", losses.saturation),
         ];
+        let mut scalars = scalars.to_vec();
+        if let Some((returned, bias)) = self.attempts.discounted_return_and_bias() {
+            scalars.extend([("low/discounted_return", returned), ("td3/q_bias", bias)]);
+        }
         scalars.into_iter().map(|(name, value)| (name, f64::from(value))).collect()
     }
 
@@ -158,14 +167,14 @@ impl Stage for LowStage {
             explorers: self.explorers.clone(),
             env_steps: self.env_steps,
             attempts: self.attempts.clone(),
-            returns: self.returns.clone(),
+            trails: self.trails.clone(),
         };
         Ok(contents.value("stage", &state)?)
     }
 
     fn restore_from(&mut self, checkpoint: &Checkpoint, _: &mut Learners) -> Result<()> {
         let state: LowStageState = checkpoint.value("stage")?;
-        let lengths = [state.histories.len(), state.explorers.len(), state.returns.len()];
+        let lengths = [state.histories.len(), state.explorers.len(), state.trails.len()];
         ensure!(lengths == [self.robots.len(); 3], OTHER);
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {
             robot.replay(*number, actions);
@@ -173,18 +182,18 @@ impl Stage for LowStage {
         self.explorers = state.explorers;
         self.env_steps = state.env_steps;
         self.attempts = state.attempts;
-        self.returns = state.returns;
+        self.trails = state.trails;
         Ok(())
     }
 }
 
 /// What the window keeps of an attempt; nothing of one that goes on or was cut.
-fn ended(attempt: Attempt, returned: f32) -> Option<Ended> {
+fn ended(attempt: Attempt, returned: f32, judged: Option<Judged>) -> Option<Ended> {
     let (succeeded, collided) = match attempt {
         Attempt::Running | Attempt::Cut => return None,
         Attempt::Reached => (true, false),
         Attempt::Collided => (false, true),
         Attempt::GivenUp | Attempt::Astray => (false, false),
     };
-    Some(Ended { succeeded, collided, returned })
+    Some(Ended { succeeded, collided, returned, judged })
 }

@@ -200,7 +200,7 @@ impl Run {
     }
 
     /// Chooses the deviation margin, judges the run and writes its policy.
-    fn finish(self, learners: &Learners) -> Result<End> {
+    fn finish(mut self, learners: &Learners) -> Result<End> {
         let low = self.meta.low_score.clone().context("the low level was never scored: this is a defect")?;
         let normaliser = learners.low.normaliser().context("the low level never left its warm-up")?;
         let (actor, scorer) = (Weights::of(learners.low.learner().actor()), learners.scorer());
@@ -227,6 +227,11 @@ impl Run {
             updates: learners.updates(),
             seconds: self.seconds(),
         };
+        let scalars = policy.gate.scalars(&policy.task);
+        let scalars: Vec<_> = scalars.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        if let Err(error) = self.log.write(policy.env_steps, &scalars) {
+            note(format_args!("warning: the gate's figures were not written into the logs ({error})"));
+        }
         self.folder.save_policy(&policy)?;
         Ok(End::Finished(Box::new(policy)))
     }

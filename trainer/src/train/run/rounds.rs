@@ -51,7 +51,8 @@ impl Run {
             progress.update(stage.status(learners));
             let collapse = stage.collapse(learners);
             let step = self.step(stage, learners);
-            if step >= self.logged_step + LOG_STEPS || collapse.is_some() {
+            // At the same steps whether or not the run was interrupted.
+            if step / LOG_STEPS > self.logged_step / LOG_STEPS || collapse.is_some() {
                 self.logged_step = step;
                 if let Err(error) = self.log.write(step, &stage.scalars(learners)) {
                     progress.note(&format!("warning: scalars were not written ({error}); training goes on"));
