@@ -9,7 +9,7 @@ use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use std::path::Path;
 
-/// Validation worlds; in each that policy drove less than 10 m, in six of them less than one, and timed out.
+/// Validation worlds; in each that policy drove less than 10 m, in eight of them less than one, and timed out.
 const STOOD: [(Family, u64); 12] = [
     (Family::Clutter, 65),
     (Family::Maze, 12),
