@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 use crate::dqn::DqnConfig;
 use crate::td3::Td3Config;
 
-pub mod bounds;
-mod check;
 mod profiles;
 mod read;
+pub mod bounds;
+mod check;
 mod robots;
 
 /// How much is spent on a run.
@@ -114,8 +114,8 @@ pub struct LowConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CollapseConfig {
-    /// Share of the stage from which on it is watched; 1 turns the watch off. Healthy runs reach over 60 % of their
-    /// targets by a third of it.
+    /// Share of the stage from which on it is watched; 1 turns the watch off. Healthy hybrids reach 68 % of their
+    /// targets and more by a third of it, a flat run, which drives at goals alone, 28 %.
     pub from_share: f32,
     /// Share of the newest targets that must be reached, with exploration.
     pub reach_min: f32,

@@ -8,9 +8,9 @@
 //! | `README.md` | the model card |
 //! | `manifest.json` | task, layout, hashes of the others: written last |
 
-mod card;
 mod golden;
 mod manifest;
+mod card;
 
 use anyhow::{Context, Result, bail};
 use nav_host::files::write_atomically;

@@ -6,9 +6,9 @@
 //! | [`csv`] | the same scalars as a table |
 //! | [`progress`] | a bar on a terminal, a line now and then elsewhere |
 
+pub mod tensorboard;
 pub mod csv;
 pub mod progress;
-pub mod tensorboard;
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};

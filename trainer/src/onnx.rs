@@ -7,12 +7,12 @@
 //! | `verify` | [`verify`]: the robot's executor, tract and ONNX Runtime against the trainer's own answers |
 //! | `onnx_runtime` | [`OnnxRuntime`]: the library behind the third engine |
 
-mod onnx_runtime;
 mod schema;
+mod write;
+mod verify;
+mod onnx_runtime;
 #[cfg(test)]
 mod tests;
-mod verify;
-mod write;
 
 pub use onnx_runtime::OnnxRuntime;
 pub use verify::{Case, TOLERANCE, Verified, VerifyError, verify};

@@ -5,6 +5,7 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
+use std::collections::TryReserveError;
 
 use crate::nn::Rng;
 
@@ -32,11 +33,24 @@ impl ReplayBuffer {
     /// An empty buffer. Memory is reserved but only touched as rows come in.
     ///
     /// # Panics
-    /// When capacity or row length is zero.
+    /// When capacity or row length is zero, or the memory is not to be had.
     pub fn new(capacity: usize, row_length: usize) -> Self {
+        Self::try_new(capacity, row_length).expect("so few rows find room")
+    }
+
+    /// As [`Self::new`], of a capacity that somebody chose.
+    ///
+    /// # Errors
+    /// Memory that is not to be had.
+    ///
+    /// # Panics
+    /// When capacity or row length is zero.
+    pub fn try_new(capacity: usize, row_length: usize) -> Result<Self, TryReserveError> {
         assert!(capacity > 0 && row_length > 0, "a replay buffer holds at least one value");
         let position = ReplayPosition { capacity, row_length, next: 0, stored: 0 };
-        Self { position, rows: Vec::with_capacity(capacity * row_length) }
+        let mut rows = Vec::new();
+        rows.try_reserve_exact(capacity.saturating_mul(row_length))?;
+        Ok(Self { position, rows })
     }
 
     /// A buffer as it was saved; nothing when the rows do not fit the position.
@@ -118,6 +132,11 @@ mod tests {
         assert_eq!(replay.len(), 3);
         assert_eq!(replay.rows(), [3.0, -3.0, 4.0, -4.0, 2.0, -2.0]);
         assert_eq!(replay.position().stored, 5);
+    }
+
+    #[test]
+    fn memory_that_is_not_to_be_had_is_an_error() {
+        assert!(ReplayBuffer::try_new(1 << 60, 1 << 10).is_err());
     }
 
     #[test]

@@ -13,8 +13,8 @@
 //!    inwards, so that a saturated actor can turn back.
 //! 6. Gradients may be clipped by norm.
 
-mod batch;
 mod config;
+mod batch;
 mod smooth;
 #[cfg(test)]
 mod tests;

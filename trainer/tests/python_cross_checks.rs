@@ -96,13 +96,16 @@ print([(e.step, e.value) for e in events.Scalars('td3/q_mean')])
 fn tensorboard_shows_a_resumed_run_as_one() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut log = ScalarLog::open(folder.path(), 0).expect("a new log");
-    for step in [10, 20, 30] {
-        log.write(step, &[("td3/q_mean", step as f64)]).expect("the disk has room");
+    // Killed before its first checkpoint, then after one.
+    for offset in [0.5, 0.0] {
+        let mut log = ScalarLog::open(folder.path(), 0).expect("a new log");
+        for step in [10, 20, 30] {
+            log.write(step, &[("td3/q_mean", step as f64 + offset)]).expect("the disk has room");
+        }
+        drop(log);
+        // TensorBoard orders the files of a run by name, which starts with the second they were made in.
+        std::thread::sleep(std::time::Duration::from_millis(1100));
     }
-    drop(log);
-    // TensorBoard orders the files of a run by name, which starts with the second they were made in.
-    std::thread::sleep(std::time::Duration::from_millis(1100));
     let mut log = ScalarLog::open(folder.path(), 20).expect("the same log");
     log.write(30, &[("td3/q_mean", 0.5)]).expect("the disk has room");
     drop(log);

@@ -60,7 +60,7 @@ impl Default for LowConfig {
             envs: 16,
             env_steps: 400_000,
             warmup_steps: 5_000,
-            env_steps_per_update: 4,
+            env_steps_per_update: 6,
             batch: 256,
             replay_capacity: 400_000,
             discount: 0.98,
@@ -87,7 +87,7 @@ impl Default for LowConfig {
 
 impl Default for CollapseConfig {
     fn default() -> Self {
-        Self { from_share: 0.34, reach_min: 0.15, saturation_max: 0.5 }
+        Self { from_share: 0.34, reach_min: 0.1, saturation_max: 0.5 }
     }
 }
 

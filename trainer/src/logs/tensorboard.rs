@@ -75,9 +75,9 @@ impl EventFile {
         let name = format!("events.out.tfevents.{seconds}.trainer.{}.{rest}", std::process::id());
         let mut file = Self { records: RecordFile::new(File::create_new(folder.join(name))?)? };
         file.append(0, What::FileVersion("brain.Event:2".to_owned()))?;
-        if step > 0 {
-            file.append(step + 1, What::SessionLog(SessionLog { status: SESSION_START }))?;
-        }
+        // At step 0 too: a run that was killed before its first checkpoint starts again there.
+        let first = if step > 0 { step + 1 } else { 0 };
+        file.append(first, What::SessionLog(SessionLog { status: SESSION_START }))?;
         Ok(file)
     }
 
@@ -146,6 +146,14 @@ mod tests {
             rest = &tail[4..];
         }
         events
+    }
+
+    #[test]
+    fn a_run_that_starts_again_discards_everything_before() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        drop(EventFile::create(folder.path(), 0).expect("a file"));
+        let start = Some(What::SessionLog(SessionLog { status: SESSION_START }));
+        assert!(read(folder.path()).iter().any(|event| event.step == 0 && event.what == start));
     }
 
     #[test]

@@ -9,6 +9,13 @@ use tch::{Device, Kind, Tensor};
 /// Other modules read it as the input of a network, through a [`View`] that borrows it. Only within [`crate::nn`] are
 /// there tensors that share the memory without borrowing it: those of a network's own parameters, gradients and
 /// activations, operands of matrix products that run to their end before any slice of the same buffer is taken again.
+///
+/// ```compile_fail
+/// let mut buffer = trainer::nn::Buffer::zeros(1, 1);
+/// let view = buffer.view(1);
+/// buffer.as_mut_slice()[0] = 1.0; // What a network reads cannot be written to.
+/// assert_eq!(view.rows(), 1);
+/// ```
 #[derive(Debug)]
 pub struct Buffer {
     tensor: Tensor,

@@ -1,6 +1,6 @@
 //! DQN with what goes around it: the replay buffer, and the network that acts.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use nav_core::observation::{CANDIDATE_FEATURES, HIGH_OBSERVATION, expand_candidates};
 use nav_core::task::ACTION_COUNT;
 use nav_env::ActingNetwork;
@@ -55,14 +55,15 @@ impl HighLearner {
     /// A learner that has seen nothing.
     ///
     /// # Errors
-    /// A network that the executor cannot hold.
+    /// A network that the executor cannot hold, or a replay buffer that the machine cannot.
     pub fn new(config: &Config) -> Result<Self> {
         let high = &config.high;
         let learner = Dqn::new(CANDIDATES, high.dqn.clone(), derive(config.seed, 3));
         Ok(Self {
             acting: pack(learner.scorer(), None, ACTION_COUNT)?,
             learner,
-            replay: ReplayBuffer::new(high.replay_capacity, ROW),
+            replay: ReplayBuffer::try_new(high.replay_capacity, ROW)
+                .context("no memory for the replay buffer: lower high.replay_capacity")?,
             decisions: 0,
             sampler: Rng::seed_from_u64(derive(config.seed, 4)),
             batch: DecisionBatch::new(high.batch, HIGH_OBSERVATION),

@@ -1,6 +1,6 @@
 //! TD3 with what goes around it: the replay buffer, the normaliser, and the network that acts.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
 use nav_env::ActingNetwork;
 use nav_env::low::LowTransition;
@@ -53,7 +53,7 @@ impl LowLearner {
     /// A learner that has seen nothing.
     ///
     /// # Errors
-    /// A network that the executor cannot hold.
+    /// A network that the executor cannot hold, or a replay buffer that the machine cannot.
     pub fn new(config: &Config) -> Result<Self> {
         Self::with(config, config.low.td3.clone(), config.low.replay_capacity)
     }
@@ -78,7 +78,8 @@ impl LowLearner {
         Ok(Self {
             acting: pack(learner.actor(), Some(&Normaliser::identity()), 1)?,
             learner,
-            replay: ReplayBuffer::new(replay_capacity, ROW),
+            replay: ReplayBuffer::try_new(replay_capacity, ROW)
+                .context("no memory for the replay buffer: lower low.replay_capacity")?,
             warmup: Vec::new(),
             normaliser: None,
             stored: 0,
