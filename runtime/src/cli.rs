@@ -88,6 +88,12 @@ pub(crate) struct RunArguments {
     /// End when whoever publishes the scans leaves (always so with --pace scan)
     #[arg(long)]
     exit_with_peer: bool,
+    /// A goal must be repeated: one older than so many seconds stops the robot [default: a goal sent once counts for ever]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    goal_heartbeat: Option<Duration>,
+    /// Ranges of so many metres or more mean that nothing was hit, where a driver writes a number instead of +inf
+    #[arg(long, value_name = "METRES", value_parser = range_m)]
+    no_return: Option<f32>,
     /// Ask for locked memory and real-time priority [default priority: 50]
     #[arg(long, value_name = "PRIORITY", num_args = 0..=1, default_missing_value = "50", value_parser = clap::value_parser!(u8).range(1..=99))]
     realtime: Option<u8>,
@@ -173,6 +179,8 @@ impl RunArguments {
                 assert_no_alloc: self.assert_no_alloc,
                 period_ns: None,
             },
+            no_return_m: self.no_return,
+            goal_heartbeat: self.goal_heartbeat,
             realtime: RealTime { priority: self.realtime, core: self.core },
             report: self.report,
             show_live: !self.quiet,
@@ -206,6 +214,11 @@ fn seconds_or_never(text: &str) -> Result<Never, String> {
     } else {
         seconds(text).map(|duration| Never(Some(duration)))
     }
+}
+
+fn range_m(text: &str) -> Result<f32, String> {
+    let range_m = text.parse().ok().filter(|range_m| (0.1..=1e6).contains(range_m));
+    range_m.ok_or_else(|| "give a range in metres, from 0.1 on".to_owned())
 }
 
 fn rate(text: &str) -> Result<f64, String> {
@@ -249,6 +262,8 @@ mod tests {
             "runtime run --duration 0",
             "runtime run --duration x",
             "runtime run --realtime 100",
+            "runtime run --goal-heartbeat 0",
+            "runtime run --no-return nan",
             "runtime bench --seconds 3",
             "runtime bench --loop --rate 0",
             "runtime fly",

@@ -8,6 +8,7 @@
 //! | [`rest`] | from the last command to zero |
 //! | [`mod@drive`] | the loop: wait, read, tick, publish; nothing in it allocates |
 //! | [`realtime`] | locked memory, real-time priority, a core of its own |
+//! | [`rate`] | whether scans come as often as in training |
 //! | [`tally`] | what is measured, in memory of fixed size |
 //! | [`live`] | a line a second, printed by another thread from atomics |
 //! | [`report`] | the end, for people and as JSON |
@@ -18,6 +19,7 @@ pub mod grid;
 pub mod rest;
 pub mod drive;
 pub mod realtime;
+pub mod rate;
 pub mod tally;
 pub mod live;
 pub mod report;
@@ -50,6 +52,10 @@ pub struct RunPlan {
     pub ipc: IpcConfig,
     /// How the loop behaves.
     pub drive: DrivePlan,
+    /// A finite range from which on the lidar's driver means that nothing was hit, m.
+    pub no_return_m: Option<f32>,
+    /// Goals older than this are stale.
+    pub goal_heartbeat: Option<std::time::Duration>,
     /// Real-time measures to take, if any.
     pub realtime: RealTime,
     /// Where the JSON report goes.
@@ -98,6 +104,11 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     }
     say(nav_model::check::headline(&model));
     let mut controller = model.into_controller()?;
+    if let Some(no_return_m) = plan.no_return_m {
+        controller.set_no_return_m(no_return_m);
+    }
+    let limit_ns = plan.goal_heartbeat.map(|limit| u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX));
+    controller.set_goal_age_limit_ns(limit_ns);
     let mut ports = Ports::open(&plan.robot, &plan.ipc)?;
     say(format_args!("topics of robot `{}` are open, waiting for scans", plan.robot));
     let stop = Stop::listen(Second::IsIgnored).map_err(RunError::Signals)?;

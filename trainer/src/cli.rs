@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use nav_core::manifest::Algorithm;
+use nav_env::other_lidar::OtherLidar;
 use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use std::path::PathBuf;
@@ -139,6 +140,9 @@ pub struct EvaluateArgs {
     /// The goal counts as reached when the robot's centre is this close, m [default: the policy's own]
     #[arg(long, value_name = "M")]
     pub goal_radius: Option<f32>,
+    /// Another lidar than the trained one, BEAMSxMETRES, as in 360x12; the controller resamples its scans
+    #[arg(long, value_name = "LIDAR")]
+    pub lidar: Option<OtherLidar>,
     /// Threads; the rows do not depend on it
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub threads: u16,

@@ -115,7 +115,8 @@ impl<T: Tick> Loop<'_, T> {
             if (is_new && arrives) || now_ns > follows_until_ns {
                 break;
             }
-            if is_new {
+            if is_new && follows_until_ns == u64::MAX {
+                // A driver that does not notify never wakes us.
                 follows_until_ns = now_ns + 2 * self.period_ns;
             }
             let waited_ns = now_ns - started_ns;
@@ -250,6 +251,7 @@ impl<T: Tick> Loop<'_, T> {
             self.tally.note_answer(&inputs.scan.header, sent_ns);
         }
         self.tally.note(&inputs, &status, self.step_max_m);
+        self.live.tell(&self.tally.causes);
         self.live.store(&status, &command, tick_ns);
         Ok(())
     }

@@ -1,9 +1,10 @@
 //! A line a second about the running loop, printed by a thread of its own: the loop only stores numbers.
 
+use nav_core::guard::Cause;
 use nav_core::messages::{CmdVel, RunState, fault};
 use nav_core::tick::TickStatus;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -19,9 +20,29 @@ pub struct Live {
     linear_bits: AtomicU32,
     angular_bits: AtomicU32,
     tick_max_ns: AtomicU64,
+    /// How many causes the loop has met, and the newest that is not told yet.
+    causes_met: AtomicU64,
+    untold: Mutex<heapless::Deque<Cause, 8>>,
 }
 
 impl Live {
+    /// Hands over the causes that were met since the last call, to be told once each. Never waits: where the printer holds
+    /// the queue, the next tick hands them over.
+    pub fn tell(&self, causes: &[Cause]) {
+        let met = self.causes_met.load(Relaxed) as usize;
+        if met >= causes.len() {
+            return;
+        }
+        if let Ok(mut untold) = self.untold.try_lock() {
+            let handed = causes[met..].iter().take_while(|cause| untold.push_back(**cause).is_ok()).count();
+            self.causes_met.store((met + handed) as u64, Relaxed);
+        }
+    }
+
+    fn next_untold(&self) -> Option<Cause> {
+        self.untold.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
+    }
+
     /// Stores what a tick did.
     pub fn store(&self, status: &TickStatus, command: &CmdVel, tick_ns: u64) {
         self.ticks.fetch_add(1, Relaxed);
@@ -91,6 +112,9 @@ impl Printer {
                 let passed = last.elapsed();
                 if passed >= Duration::from_secs(1) {
                     last = Instant::now();
+                    while let Some(cause) = live.next_untold() {
+                        nav_host::terminal::note(format_args!("runtime: {cause}"));
+                    }
                     nav_host::terminal::say(live.line(started.elapsed(), &mut last_ticks, passed));
                 }
             }
@@ -138,5 +162,17 @@ mod tests {
         live.store_trouble(2, 1);
         let line = live.line(second, &mut last, second);
         assert!(line.contains("overruns 2") && line.contains("ALLOCATIONS 1"), "{line}");
+    }
+
+    #[test]
+    fn each_cause_is_told_once_and_in_order() {
+        let live = Live::default();
+        let causes = [Cause::Frozen { for_s: 1.0 }, Cause::StaleGoal { age_s: 2.0, limit_s: 1.0 }];
+        live.tell(&causes[..1]);
+        live.tell(&causes);
+        live.tell(&causes);
+        assert_eq!(live.next_untold(), Some(causes[0]));
+        assert_eq!(live.next_untold(), Some(causes[1]));
+        assert_eq!(live.next_untold(), None);
     }
 }

@@ -62,6 +62,8 @@ pub struct Report {
     pub states: States,
     /// Ticks with each fault that occurred.
     pub faults: Vec<FaultCount>,
+    /// What exactly was wrong, once for each kind, with the value that was expected and the one that came.
+    pub causes: Vec<String>,
 }
 
 /// Ticks in each state.
@@ -126,6 +128,7 @@ impl Report {
             faults: faults
                 .map(|(bit, ticks)| FaultCount { fault: fault::NAMES[bit].to_owned(), ticks: *ticks })
                 .collect(),
+            causes: tally.causes.iter().map(ToString::to_string).collect(),
         }
     }
 
@@ -171,6 +174,9 @@ impl std::fmt::Display for Report {
         )?;
         for fault in &self.faults {
             writeln!(f, "{} ticks with {}", fault.ticks, fault.fault)?;
+        }
+        for cause in &self.causes {
+            writeln!(f, "  {cause}")?;
         }
         writeln!(f, "{:<34} {:>9} {:>9} {:>9} {:>9}", "us", "p50", "p99", "p99.9", "max")?;
         let rows = [

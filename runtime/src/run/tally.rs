@@ -1,9 +1,14 @@
 //! What a run measures, in memory of fixed size.
 
+use super::rate::ScanRate;
 use crate::latency::Latencies;
+use nav_core::guard::Cause;
 use nav_core::messages::{Header, Odometry, RunState, fault};
 use nav_core::tick::{Inputs, TickStatus};
 use nav_model::alloc::Counts;
+
+/// More kinds of causes than there are.
+const CAUSES: usize = 32;
 
 /// What a run adds up to. Nothing here allocates after [`Tally::new`].
 #[derive(Clone, Debug)]
@@ -32,6 +37,8 @@ pub struct Tally {
     pub states: [u64; RunState::ALL.len()],
     /// Ticks with each fault bit.
     pub faults: [u64; fault::NAMES.len()],
+    /// The first cause of each kind.
+    pub causes: heapless::Vec<Cause, CAUSES>,
     /// Goals received.
     pub goals: u64,
     /// Goals reached, or less than a step away when the next one came or the scans ended.
@@ -57,6 +64,7 @@ pub struct Tally {
     last_scan_seq: Option<u64>,
     last_tick_ns: Option<u64>,
     last_interval_ns: Option<u64>,
+    scan_rate: ScanRate,
 }
 
 impl Tally {
@@ -75,6 +83,7 @@ impl Tally {
             jitter: Latencies::default(),
             states: [0; RunState::ALL.len()],
             faults: [0; fault::NAMES.len()],
+            causes: heapless::Vec::new(),
             goals: 0,
             goals_reached: 0,
             distance_m: 0.0,
@@ -91,6 +100,7 @@ impl Tally {
             last_scan_seq: None,
             last_tick_ns: None,
             last_interval_ns: None,
+            scan_rate: ScanRate::new(period_ns),
         }
     }
 
@@ -102,8 +112,17 @@ impl Tally {
             *count += u64::from(status.faults >> bit & 1);
         }
         self.decisions += u64::from(status.decided.is_some());
+        if let Some(cause) = &status.cause {
+            self.note_cause(cause);
+        }
         self.note_goal(inputs, status, step_max_m);
         self.note_distance(inputs.odom, step_max_m);
+    }
+
+    /// Keeps a cause that is the first of its kind; whether it was.
+    pub fn note_cause(&mut self, cause: &Cause) -> bool {
+        let is_first = !self.causes.iter().any(|known| known.is_like(cause));
+        is_first && self.causes.push(*cause).is_ok()
     }
 
     fn note_goal(&mut self, inputs: &Inputs<'_>, status: &TickStatus, step_max_m: f32) {
@@ -159,6 +178,9 @@ impl Tally {
     /// begins anew, lower, leaves no gap.
     pub fn note_answer(&mut self, scan: &Header, sent_ns: u64) {
         self.scan_to_command.record(sent_ns.saturating_sub(scan.stamp_ns));
+        if let Some(cause) = self.scan_rate.note(scan) {
+            self.note_cause(&cause);
+        }
         let last_seq = self.last_scan_seq.replace(scan.seq).unwrap_or(scan.seq);
         self.scans_replaced += scan.seq.saturating_sub(last_seq).saturating_sub(1);
     }

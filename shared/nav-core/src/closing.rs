@@ -45,13 +45,13 @@ impl ClosingSpeeds {
         self.poses.rotate_right(1);
         self.ranges_m[0] = *scan.sectors_m();
         self.poses[0] = pose;
-        self.measure(geometry, CHANGE_STEPS as f32 * step_s);
+        self.measure(geometry, scan.reach_m(), CHANGE_STEPS as f32 * step_s);
     }
 
     /// A sector closes in at the range seen in its direction `span_s` ago, carried forward by the robot's
     /// displacement, less its range now, divided by `span_s`. Beyond the lidar's range nothing is known, so that
     /// free space left behind does not close in.
-    fn measure(&mut self, geometry: &ScanGeometry, span_s: f32) {
+    fn measure(&mut self, geometry: &ScanGeometry, reach_m: f32, span_s: f32) {
         let (now, then) = (self.poses[0], self.poses[CHANGE_STEPS]);
         let moved = now.position() - then.position();
         let shift = libm::roundf((now.yaw_rad - then.yaw_rad) / PER_SECTOR_RAD) as i32;
@@ -65,7 +65,7 @@ impl ClosingSpeeds {
             let at = |index: usize| before[index % SECTOR_COUNT];
             // The nearest of three sectors then: an edge that slid by a sector is not a person.
             let nearest_m = at(from + SECTOR_COUNT - 1).min(at(from)).min(at(from + 1));
-            let expected_m = (nearest_m - ahead_m * dir_x - left_m * dir_y).min(geometry.range_max_m());
+            let expected_m = (nearest_m - ahead_m * dir_x - left_m * dir_y).min(reach_m);
             let closing = (expected_m - self.ranges_m[0][sector]) / span_s;
             self.closing_mps[sector] = if closing > LEAST_MPS { closing.min(MOST_MPS) } else { 0.0 };
         }
@@ -109,7 +109,8 @@ mod tests {
         let (mut view, mut closing) = (ScanView::new(&geometry), ClosingSpeeds::new());
         for step in 0..10_u8 {
             let ahead = |angle: f32| if angle.abs() < 0.3 { gap_m(f32::from(step)) } else { f32::INFINITY };
-            view.update(&geometry, &LaserScan::of(&task.lidar, ahead));
+            let scan = LaserScan::of(&task.lidar, ahead);
+            view.update(&geometry, scan.ranges_m(), scan.range_max_m);
             let pose = Pose::new(f32::from(step) * STEP_S, 0.0, 0.0);
             if step == 0 {
                 closing.restart(&view, pose)

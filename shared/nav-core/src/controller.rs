@@ -1,7 +1,7 @@
 //! The tick: from messages to a velocity command. The one definition of acting, for the robot and for
 //! evaluation; training takes the same steps of the same navigator and guard with choices of its own.
 
-use crate::guard::Guard;
+use crate::guard::{Cause, Guard, command_age_limit_ns};
 use crate::messages::{CmdVel, Header, fault};
 use crate::navigator::Navigator;
 use crate::network::Network;
@@ -92,17 +92,27 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
     fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
         let Inputs { scan, odom, goal } = inputs;
         let mut status = TickStatus { action: ACTION_GOAL, ..TickStatus::default() };
-        status.faults = self.guard.inspect(now_ns, scan, odom, goal) | self.guard.inspect_scan(scan);
+        (status.faults, status.cause) = self.guard.inspect(now_ns, scan, odom, goal);
+        if scan.header.is_received()
+            && let Err(misfit) = self.navigator.inspect_scan(scan)
+        {
+            status.faults |= fault::BAD_SCAN;
+            status.cause = status.cause.or(Some(Cause::Scan(misfit)));
+        }
+        let since_ns = now_ns.saturating_sub(self.last_tick_ns);
+        let was_away = since_ns > self.task.control_period_ns() * 3 / 2;
         let mut wish = Twist::ZERO;
+        if was_away && since_ns > command_age_limit_ns(self.task.control_period_ns()) {
+            // The base obeys no longer, whether inputs are faulty or not.
+            self.guard.restart_from(odom.twist(), since_ns);
+        }
         if status.faults & fault::STOPPING == 0 {
-            let since_ns = now_ns.saturating_sub(self.last_tick_ns);
-            let was_away = since_ns > self.task.control_period_ns() * 3 / 2;
             // After a pause of this program only odometry knows what the base does. A new goal is no pause, unless
             // the robot stands: then it may have been set down elsewhere.
             let stands = odom.twist() == Twist::ZERO;
             let is_new = self.goal_id != Some(goal.id);
             if was_away || self.goal_id.is_none() || (is_new && stands) {
-                self.guard.restart_from(odom.twist());
+                self.guard.restart_from(odom.twist(), since_ns);
             }
             self.goal_id = Some(goal.id);
             if scan.header.seq != self.last_scan_seq {
@@ -114,16 +124,21 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
             }
         } else {
             self.navigator.note_gap();
-            if status.faults & fault::BAD_CLOCK != 0 {
+            if status.faults & (fault::BAD_CLOCK | fault::BAD_ODOM) != 0 {
                 // Whoever publishes has begun anew, and with it perhaps the odom frame.
                 self.navigator.forget();
                 (self.goal_id, self.last_scan_seq) = (None, 0);
             }
         }
         self.last_tick_ns = now_ns;
-        let (out, limited) = self.guard.limit(wish);
+        let (out, limited) = self.guard.limit_after(since_ns as f32 / 1e9, wish);
         status.faults |= limited;
-        status.state = run_state(status.faults, self.navigator.goal_reached());
+        if status.faults & fault::STOPPING == 0 {
+            self.guard.note_drive(now_ns, out, self.navigator.scan().sectors_m());
+        }
+        // A goal that no scan was seen with is not reached, whatever the last one was.
+        let is_reached = self.navigator.goal_reached() && self.navigator.knows(goal);
+        status.state = run_state(status.faults, is_reached);
         status.goal_distance_m = self.navigator.goal_distance_m();
         if let Some(decision) = self.navigator.decision() {
             status.action = decision.action;
@@ -176,7 +191,20 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
         self.navigator.encode_low(self.guard.sent(), &mut self.low_observation);
         let mut action = [0.0; LOW_ACTION];
         self.low.run(&self.low_observation, &mut action);
+        if self.navigator.scan().is_closed_ahead() {
+            status.faults |= fault::CLOSED_AHEAD;
+        }
         self.navigator.decode_low(action)
+    }
+
+    /// A finite range from which on the lidar's driver means that nothing was hit, m.
+    pub fn set_no_return_m(&mut self, no_return_m: f32) {
+        self.navigator.set_no_return_m(no_return_m);
+    }
+
+    /// Goals must be repeated: one that is older than this is stale, ns.
+    pub fn set_goal_age_limit_ns(&mut self, limit_ns: Option<u64>) {
+        self.guard.set_goal_age_limit_ns(limit_ns);
     }
 
     /// The navigator, for pictures and records.

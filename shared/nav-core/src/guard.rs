@@ -1,12 +1,17 @@
-//! The guard: what may leave for the base. First version: stale, impossible or non-finite input stops the
-//! robot in the same tick; speed and acceleration are limited always, also while stopping.
+//! The guard: what may leave for the base. Stale, impossible or non-finite input stops the robot in the same tick, and
+//! says why ([`Cause`]); speed and acceleration are limited always, also while stopping.
 
-use crate::messages::{Goal, LaserScan, Odometry, fault};
+mod cause;
+mod odom_watch;
+
+pub use self::cause::{Cause, Input};
+
+use self::odom_watch::OdomWatch;
+use crate::messages::{Goal, Header, LaserScan, Odometry, fault};
 use crate::observation::Sent;
-use crate::scan::VALID_BEAM_SHARE_MIN;
+use crate::scan::SECTOR_COUNT;
 use crate::task::Task;
 use crate::twist::Twist;
-use core::f32::consts::TAU;
 
 /// A scan older than this many control periods is stale.
 pub const SCAN_AGE_PERIODS: f64 = 2.5;
@@ -23,26 +28,50 @@ pub const fn command_age_limit_ns(period_ns: u64) -> u64 {
     if short > least { short } else { least }
 }
 
-/// Failed beams side by side may not hide more than this, rad.
-pub const BLIND_MAX_RAD: f32 = TAU / 8.0;
+/// Beyond 100 km a float has no centimetres left, m.
+const FAR_M: f32 = 1e5;
 
 /// Between the policy and the base: judges what comes in, limits what goes out.
 #[derive(Clone, Debug)]
 pub struct Guard {
     task: Task,
+    /// A goal older than this is stale, ns; none for goals that are sent once.
+    goal_age_limit_ns: Option<u64>,
     sent: Sent,
-    last_scan: (u64, u64),
-    last_odom: (u64, u64),
+    /// What the next ramp starts from: the last command, or nearer to zero when nobody knows.
+    ramp_from: Twist,
+    last_scan: Header,
+    last_odom: Header,
+    odom_watch: OdomWatch,
 }
 
 impl Guard {
     /// At a standstill.
     pub fn new(task: &Task) -> Self {
-        Self { task: *task, sent: Sent::default(), last_scan: (0, 0), last_odom: (0, 0) }
+        Self {
+            task: *task,
+            goal_age_limit_ns: None,
+            sent: Sent::default(),
+            ramp_from: Twist::ZERO,
+            last_scan: Header::default(),
+            last_odom: Header::default(),
+            odom_watch: OdomWatch::new(task.robot),
+        }
     }
 
-    /// What is wrong with the inputs at `now_ns`, as [`fault`] bits.
-    pub fn inspect(&mut self, now_ns: u64, scan: &LaserScan, odom: &Odometry, goal: &Goal) -> u32 {
+    /// Goals are to be repeated: one that is older than this is stale, ns. Without it a goal sent once counts for ever.
+    pub fn set_goal_age_limit_ns(&mut self, limit_ns: Option<u64>) {
+        self.goal_age_limit_ns = limit_ns;
+    }
+
+    /// What is wrong with the inputs at `now_ns`, as [`fault`] bits, and the first thing that needs words.
+    pub fn inspect(
+        &mut self,
+        now_ns: u64,
+        scan: &LaserScan,
+        odom: &Odometry,
+        goal: &Goal,
+    ) -> (u32, Option<Cause>) {
         let period_ns = self.task.control_period_ns() as f64;
         let limit_ns = |periods: f64| ((periods * period_ns) as u64).min(AGE_LIMIT_NS);
         let mut faults = 0;
@@ -55,50 +84,66 @@ impl Guard {
         if !goal.header.is_received() {
             faults |= fault::NO_GOAL;
         }
-        let scan_now = (scan.header.seq, scan.header.stamp_ns);
-        let odom_now = (odom.header.seq, odom.header.stamp_ns);
-        if scan.header.is_from_future(now_ns)
-            || odom.header.is_from_future(now_ns)
-            || runs_backwards(self.last_scan, scan_now)
-            || runs_backwards(self.last_odom, odom_now)
-        {
-            faults |= fault::BAD_CLOCK;
+        let stale_goal = self.stale_goal(now_ns, goal);
+        let clock = self.clock(now_ns, scan, odom, goal);
+        let number = odd_number(odom, goal);
+        let impossible = self.odom_watch.inspect(odom, goal);
+        for (bit, cause) in [
+            (fault::STALE_GOAL, &stale_goal),
+            (fault::BAD_CLOCK, &clock),
+            (fault::BAD_INPUT, &number),
+            (fault::BAD_ODOM, &impossible),
+        ] {
+            faults |= if cause.is_some() { bit } else { 0 };
         }
-        (self.last_scan, self.last_odom) = (scan_now, odom_now);
-        let numbers = [
-            odom.pose.x_m,
-            odom.pose.y_m,
-            odom.pose.yaw_rad,
-            odom.linear_mps,
-            odom.angular_radps,
-            goal.x_m,
-            goal.y_m,
-            goal.radius_m,
-        ];
-        // Beyond 100 km a float has no centimetres left.
-        let is_odd = numbers.iter().any(|value| !value.is_finite() || value.abs() > 1e5);
-        if is_odd || (goal.header.is_received() && goal.radius_m <= 0.0) {
-            faults |= fault::BAD_INPUT;
-        }
-        faults
+        let uncounted = [(Input::Scan, scan.header), (Input::Odom, odom.header), (Input::Goal, goal.header)]
+            .into_iter()
+            .find(|(_, header)| header.seq == 0 && header.stamp_ns != 0)
+            .map(|(input, _)| Cause::NoSequence(input));
+        (faults, uncounted.or(clock).or(number).or(impossible).or(stale_goal))
     }
 
-    /// What is wrong with the scan itself, as [`fault`] bits: another geometry, too few valid beams, or too many
-    /// failed ones side by side.
-    pub fn inspect_scan(&self, scan: &LaserScan) -> u32 {
-        if !scan.header.is_received() {
-            return 0;
-        }
-        let range_min_m = self.task.lidar.range_min_m.max(scan.range_min_m);
-        let valid = scan.ranges_m().iter().filter(|range| **range >= range_min_m).count();
-        let enough = valid as f32 >= VALID_BEAM_SHARE_MIN * scan.ranges_m().len() as f32
-            && blind_rad(scan, range_min_m) < BLIND_MAX_RAD;
-        if self.task.lidar.fits(scan) && enough { 0 } else { fault::BAD_SCAN }
+    fn stale_goal(&self, now_ns: u64, goal: &Goal) -> Option<Cause> {
+        let (limit_ns, age_ns) = (self.goal_age_limit_ns?, goal.header.age_ns(now_ns));
+        let seconds = |ns: u64| ns as f32 / 1e9;
+        (goal.header.is_received() && age_ns > limit_ns)
+            .then(|| Cause::StaleGoal { age_s: seconds(age_ns), limit_s: seconds(limit_ns) })
     }
 
-    /// Cuts a wish to the limits of speed and acceleration; a wish that is not finite is zero. Returns what may
-    /// leave, and why it differs as [`fault`] bits.
+    fn clock(&mut self, now_ns: u64, scan: &LaserScan, odom: &Odometry, goal: &Goal) -> Option<Cause> {
+        let headers = [(Input::Scan, scan.header), (Input::Odom, odom.header), (Input::Goal, goal.header)];
+        let future = headers
+            .into_iter()
+            .find(|(_, header)| header.is_from_future(now_ns))
+            .map(|(input, header)| Cause::Future { input, by_ns: header.stamp_ns - now_ns });
+        let backwards =
+            [(Input::Scan, self.last_scan, scan.header), (Input::Odom, self.last_odom, odom.header)]
+                .into_iter()
+                .find(|(_, last, now)| runs_backwards(*last, *now))
+                .map(|(input, last, now)| Cause::Backwards {
+                    input,
+                    seq: (last.seq, now.seq),
+                    stamp_ns: (last.stamp_ns, now.stamp_ns),
+                });
+        (self.last_scan, self.last_odom) = (scan.header, odom.header);
+        future.or(backwards)
+    }
+
+    /// Takes in what left in a tick that drove, and the sectors seen in it, m: odometry must agree.
+    pub fn note_drive(&mut self, now_ns: u64, out: Twist, sectors_m: &[f32; SECTOR_COUNT]) {
+        self.odom_watch.note(now_ns, out, sectors_m);
+    }
+
+    /// Cuts a wish to the limits of speed and acceleration, a control period after the last one; see
+    /// [`Self::limit_after`].
     pub fn limit(&mut self, wish: Twist) -> (Twist, u32) {
+        self.limit_after(self.task.control_period_s, wish)
+    }
+
+    /// Cuts a wish to the limits of speed and acceleration, `passed_s` after the last one (a period counts at most: what
+    /// was not commanded was not driven); a wish that is not finite is zero. Returns what may leave, and why it differs
+    /// as [`fault`] bits.
+    pub fn limit_after(&mut self, passed_s: f32, wish: Twist) -> (Twist, u32) {
         let robot = &self.task.robot;
         let mut faults = 0;
         let mut finite = wish;
@@ -110,18 +155,28 @@ impl Guard {
         if speed != finite {
             faults |= fault::SPEED_LIMITED;
         }
-        let out = robot.ramped(self.sent[0], speed, self.task.control_period_s);
+        let out = robot.ramped(self.ramp_from, speed, passed_s.clamp(0.0, self.task.control_period_s));
         if out != speed {
             faults |= fault::ACCELERATION_LIMITED;
         }
         self.sent.rotate_right(1);
-        self.sent[0] = out;
+        (self.sent[0], self.ramp_from) = (out, out);
         (out, faults)
     }
 
-    /// Starts afresh from a measured velocity: after a new goal, or a reset of the base.
-    pub fn restart_from(&mut self, measured: Twist) {
-        self.sent.fill(self.task.robot.limited(measured));
+    /// Starts afresh where the base was measured to move like this: after a pause, or with a first goal. The policy sees
+    /// the measurement; the ramp starts from it only downwards from what was commanded last, because a speed sensor that
+    /// is stuck must not let a standing robot jump. After `silent_ns` for which a base no longer obeys
+    /// ([`command_age_limit_ns`]), it starts from zero.
+    pub fn restart_from(&mut self, measured: Twist, silent_ns: u64) {
+        let measured = self.task.robot.limited(measured);
+        let is_obeyed = silent_ns <= command_age_limit_ns(self.task.control_period_ns());
+        let commanded = if is_obeyed { self.ramp_from } else { Twist::ZERO };
+        self.sent.fill(measured);
+        self.ramp_from = Twist::new(
+            nearer_to_zero(commanded.linear_mps, measured.linear_mps),
+            nearer_to_zero(commanded.angular_radps, measured.angular_radps),
+        );
     }
 
     /// The last commands that left; after a restart, what the base was measured to do.
@@ -130,113 +185,46 @@ impl Guard {
     }
 }
 
-/// Whether (seq, stamp) went back, or one of them stood still while the other went on.
-fn runs_backwards(last: (u64, u64), now: (u64, u64)) -> bool {
-    now.0 < last.0 || now.1 < last.1 || (now.0 == last.0) != (now.1 == last.1)
+/// The first number that is not finite or too large, or a radius that is none.
+fn odd_number(odom: &Odometry, goal: &Goal) -> Option<Cause> {
+    let numbers = [
+        (Input::Odom, "x", odom.pose.x_m),
+        (Input::Odom, "y", odom.pose.y_m),
+        (Input::Odom, "yaw", odom.pose.yaw_rad),
+        (Input::Odom, "the forward speed", odom.linear_mps),
+        (Input::Odom, "the turning rate", odom.angular_radps),
+        (Input::Goal, "x", goal.x_m),
+        (Input::Goal, "y", goal.y_m),
+        (Input::Goal, "the radius", goal.radius_m),
+    ];
+    let is_odd = |field, value: f32| {
+        !value.is_finite()
+            || value.abs() > FAR_M
+            || (field == "the radius" && goal.header.is_received() && value <= 0.0)
+    };
+    numbers
+        .into_iter()
+        .find(|(_, field, value)| is_odd(*field, *value))
+        .map(|(input, field, found)| Cause::Number { input, field, found })
 }
 
-/// The longest run of failed measurements among neighbouring beams, rad.
-fn blind_rad(scan: &LaserScan, range_min_m: f32) -> f32 {
-    let beams = scan.ranges_m();
-    let is_circle = beams.len() as f32 * scan.angle_increment_rad > TAU - 1e-3;
-    let turns = if is_circle { 2 } else { 1 };
-    let (mut run, mut longest) = (0_usize, 0);
-    for range_m in beams.iter().cycle().take(turns * beams.len()) {
-        run = if *range_m >= range_min_m { 0 } else { run + 1 };
-        longest = longest.max(run);
+/// Whether sequence or time went back, or one of them stood still while the other went on.
+fn runs_backwards(last: Header, now: Header) -> bool {
+    now.seq < last.seq
+        || now.stamp_ns < last.stamp_ns
+        || (now.seq == last.seq) != (now.stamp_ns == last.stamp_ns)
+}
+
+/// The smaller of two numbers of the same sign; 0 for two of different signs.
+fn nearer_to_zero(a: f32, b: f32) -> f32 {
+    if a * b <= 0.0 {
+        0.0
+    } else if a.abs() < b.abs() {
+        a
+    } else {
+        b
     }
-    longest.min(beams.len()) as f32 * scan.angle_increment_rad
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::messages::Header;
-
-    fn fresh(now_ns: u64) -> (LaserScan, Odometry, Goal) {
-        let header = Header { stamp_ns: now_ns, seq: 7 };
-        (
-            LaserScan { header, ..LaserScan::default() },
-            Odometry { header, ..Odometry::default() },
-            Goal { header, radius_m: 0.3, ..Goal::default() },
-        )
-    }
-
-    #[test]
-    fn fresh_inputs_pass_and_each_fault_is_named() {
-        let now = 1_000_000_000;
-        let (scan, odom, goal) = fresh(now);
-        let inspect = |scan: &LaserScan, odom: &Odometry, goal: &Goal, now: u64| {
-            Guard::new(&Task::default()).inspect(now, scan, odom, goal)
-        };
-        assert_eq!(inspect(&scan, &odom, &goal, now), 0);
-        assert_eq!(inspect(&scan, &odom, &goal, now + 250_000_000), 0);
-        assert_eq!(inspect(&scan, &odom, &goal, now + 250_000_001), fault::STALE_SCAN);
-        assert_eq!(inspect(&scan, &odom, &goal, now + 500_000_001), fault::STALE_SCAN | fault::STALE_ODOM);
-        assert_eq!(inspect(&scan, &odom, &Goal::default(), now), fault::NO_GOAL);
-        assert_eq!(inspect(&LaserScan::default(), &odom, &goal, now), fault::STALE_SCAN);
-        assert_eq!(inspect(&scan, &odom, &goal, now - 1), fault::BAD_CLOCK);
-        let mut lost = odom;
-        lost.pose.x_m = f32::NAN;
-        assert_eq!(inspect(&scan, &lost, &goal, now), fault::BAD_INPUT);
-    }
-
-    #[test]
-    fn time_may_not_run_backwards() {
-        let now = 1_000_000_000;
-        let (mut scan, odom, goal) = fresh(now);
-        let mut guard = Guard::new(&Task::default());
-        assert_eq!(guard.inspect(now, &scan, &odom, &goal), 0);
-        assert_eq!(guard.inspect(now, &scan, &odom, &goal), 0, "the same scan again is merely old");
-        scan.header.seq = 6;
-        assert_eq!(guard.inspect(now, &scan, &odom, &goal), fault::BAD_CLOCK);
-        scan.header = Header { seq: 8, stamp_ns: now };
-        let mut guard = Guard::new(&Task::default());
-        guard.inspect(now, &fresh(now).0, &odom, &goal);
-        assert_eq!(guard.inspect(now, &scan, &odom, &goal), fault::BAD_CLOCK, "a frozen clock");
-        let mut guard = Guard::new(&Task::default());
-        guard.inspect(now, &fresh(now).0, &odom, &goal);
-        scan.header = Header { seq: 7, stamp_ns: now + 1 };
-        assert_eq!(guard.inspect(now + 1, &scan, &odom, &goal), fault::BAD_CLOCK, "a frozen counter");
-    }
-
-    #[test]
-    fn scattered_failures_pass_and_a_blind_wedge_does_not() {
-        let task = Task::default();
-        let guard = Guard::new(&task);
-        let inspect = |failed: &dyn Fn(usize) -> bool| {
-            let mut scan = LaserScan::of(&task.lidar, |_| 3.0);
-            scan.header = Header { stamp_ns: 1, seq: 1 };
-            for beam in 0..task.lidar.beam_count as usize {
-                if failed(beam) {
-                    scan.ranges_m[beam] = f32::NAN;
-                }
-            }
-            guard.inspect_scan(&scan)
-        };
-        assert_eq!(inspect(&|_| false), 0);
-        assert_eq!(inspect(&|beam| beam % 5 == 0), 0, "a fifth, scattered");
-        assert_eq!(inspect(&|beam| beam % 3 == 0), fault::BAD_SCAN, "a third");
-        assert_eq!(inspect(&|beam| (30..38).contains(&beam)), 0, "40 degrees");
-        assert_eq!(inspect(&|beam| (30..40).contains(&beam)), fault::BAD_SCAN, "50 degrees ahead");
-        assert_eq!(inspect(&|beam| !(5..67).contains(&beam)), fault::BAD_SCAN, "50 degrees behind");
-    }
-
-    #[test]
-    fn wishes_are_cut_to_the_limits() {
-        let mut guard = Guard::new(&Task::default());
-        let (out, faults) = guard.limit(Twist::new(9.0, -9.0));
-        assert!((out.linear_mps - 0.2).abs() < 1e-6 && (out.angular_radps + 0.4).abs() < 1e-6);
-        assert_eq!(faults, fault::SPEED_LIMITED | fault::ACCELERATION_LIMITED);
-        for _ in 0..20 {
-            guard.limit(Twist::new(9.0, -9.0));
-        }
-        let full = Twist::new(1.0, -1.0);
-        assert_eq!(guard.limit(full), (full, 0));
-        let (out, faults) = guard.limit(Twist::new(f32::NAN, 0.0));
-        assert!(out.linear_mps < 1.0 && faults & fault::NON_FINITE != 0, "a ramp to zero, named");
-        assert_eq!(guard.sent(), &[out, full], "what left, newest first");
-        guard.restart_from(Twist::new(0.5, -0.25));
-        assert_eq!(guard.sent(), &[Twist::new(0.5, -0.25); 2]);
-    }
-}
+mod tests;

@@ -221,7 +221,8 @@ mod tests {
         let task = Task::default();
         let geometry = ScanGeometry::new(&task);
         let mut view = ScanView::new(&geometry);
-        view.update(&geometry, &LaserScan::of(&task.lidar, |_| range_m));
+        let scan = LaserScan::of(&task.lidar, |_| range_m);
+        view.update(&geometry, scan.ranges_m(), scan.range_max_m);
         view
     }
 

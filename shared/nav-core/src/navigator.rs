@@ -19,7 +19,7 @@ use crate::observation::{
     encode_low,
 };
 use crate::optimistic::OptimisticGeodesic;
-use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
+use crate::scan::{Misfit, SECTOR_COUNT, ScanGeometry, ScanReader, ScanView};
 use crate::subgoal::Candidates;
 use crate::task::{ACTION_GOAL, DIRECTION_COUNT, Memory, Task};
 use crate::twist::Twist;
@@ -38,6 +38,7 @@ const ARRIVAL_SLACK_M: f32 = 0.02;
 pub struct Navigator {
     task: Task,
     geometry: ScanGeometry,
+    reader: ScanReader,
     compression: Compression,
     scan: ScanView,
     map: LocalMap,
@@ -75,6 +76,7 @@ impl Navigator {
             task: *task,
             compression: Compression::new(geometry.range_max_m() - task.robot.radius_m),
             geometry,
+            reader: ScanReader::new(task),
             scan,
             map: LocalMap::new(Point::origin()),
             geodesic: OptimisticGeodesic::default(),
@@ -107,7 +109,12 @@ impl Navigator {
         self.pose = odom.pose;
         self.velocity = odom.twist();
         let is_new = self.goal_id != Some(goal.id);
-        self.scan.update(&self.geometry, scan);
+        if is_new {
+            // The robot may have been set down elsewhere.
+            self.reader.forget();
+        }
+        let reach_m = scan.range_max_m;
+        self.scan.update(&self.geometry, self.reader.read(scan, self.pose), reach_m);
         if is_new {
             self.goal = Point::new(goal.x_m, goal.y_m);
             self.goal_radius_m = goal.radius_m;
@@ -126,6 +133,25 @@ impl Navigator {
         if let Some(decision) = &mut self.decision {
             decision.held_steps += 1;
         }
+    }
+
+    /// Whether a scan can be driven on; asked once a tick, before [`Self::observe`].
+    ///
+    /// # Errors
+    /// Why it cannot.
+    pub fn inspect_scan(&mut self, scan: &LaserScan) -> Result<(), Misfit> {
+        self.reader.inspect(scan)
+    }
+
+    /// See [`ScanReader::set_no_return_m`].
+    pub fn set_no_return_m(&mut self, no_return_m: f32) {
+        self.reader.set_no_return_m(no_return_m);
+    }
+
+    /// Whether this goal, as it is now, was seen together with a scan.
+    pub fn knows(&self, goal: &Goal) -> bool {
+        let known = (self.goal_id, self.goal, self.goal_radius_m);
+        known == (Some(goal.id), Point::new(goal.x_m, goal.y_m), goal.radius_m)
     }
 
     fn start(&mut self, goal_id: u32) {
@@ -251,9 +277,11 @@ impl Navigator {
         encode_low(&self.task, now, before, target, &motion, observation);
     }
 
-    /// What a low-level action in [-1, 1] means.
+    /// What a low-level action in [-1, 1] means. Nothing drives forward where something touches ahead, or where nothing
+    /// is known.
     pub fn decode_low(&self, action: [f32; LOW_ACTION]) -> Twist {
         let robot = &self.task.robot;
-        Twist::new(0.5 * (action[0] + 1.0) * robot.linear_max_mps, action[1] * robot.angular_max_radps)
+        let share = if self.scan.is_closed_ahead() { 0.0 } else { 0.5 * (action[0] + 1.0) };
+        Twist::new(share * robot.linear_max_mps, action[1] * robot.angular_max_radps)
     }
 }

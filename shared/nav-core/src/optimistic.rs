@@ -235,7 +235,7 @@ mod tests {
             if hits { 2.05 / libm::cosf(angle) } else { f32::INFINITY }
         });
         let mut view = ScanView::new(&geometry);
-        view.update(&geometry, &scan);
+        view.update(&geometry, scan.ranges_m(), scan.range_max_m);
         let mut map = LocalMap::new(Point::origin());
         map.integrate(Point::origin(), 1.0, 0.0, &view);
         map

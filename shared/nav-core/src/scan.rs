@@ -1,18 +1,27 @@
 //! What the controller keeps of a scan: cleaned ranges, beam directions, sectors and corridors.
 //!
-//! Everything is in the robot frame. A miss counts as `range_max_m`; a failed measurement (NaN, or below
-//! `range_min_m`) counts for nothing, and a sector with no valid beam takes its nearer neighbour's value.
+//! Everything is in the robot frame and of the trained lidar's beams, which [`ScanReader`] makes of any lidar's scan.
+//! A miss counts as `range_max_m`. A sector in which nothing is known shows the policy its nearer neighbour's value, but
+//! nothing is free there: no corridor leads that way, and the controller does not drive that way.
+
+mod misfit;
+mod reader;
+mod recall;
+
+pub use self::misfit::Misfit;
+pub use self::reader::ScanReader;
 
 use crate::geometry::{Point, wrap_angle};
-use crate::messages::{LaserScan, MAX_BEAMS};
+use crate::messages::MAX_BEAMS;
 use crate::task::Task;
 use core::f32::consts::{PI, TAU};
 use heapless::Vec;
 
 /// Sectors of the low-level observation, over the full circle, counter-clockwise from straight back (-π).
 pub const SECTOR_COUNT: usize = 36;
-/// Share of beams that must be valid before a scan may be driven on.
-pub const VALID_BEAM_SHARE_MIN: f32 = 0.75;
+/// Sectors whose middles lie this far to either side of straight ahead must be seen, and not touched, for the robot to
+/// drive forward, rad: 50 degrees.
+const AHEAD_RAD: f32 = 0.873;
 
 /// A beam that hit something.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +36,8 @@ pub struct Hit {
 #[derive(Clone, Debug)]
 pub struct ScanGeometry {
     beam_count: usize,
-    range_min_m: f32,
     range_max_m: f32,
+    robot_radius_m: f32,
     /// Unit vectors of the beams.
     directions: [(f32, f32); MAX_BEAMS],
     sector_of_beam: [u8; MAX_BEAMS],
@@ -45,8 +54,8 @@ impl ScanGeometry {
         let lidar = &task.lidar;
         let mut geometry = Self {
             beam_count: (lidar.beam_count as usize).min(MAX_BEAMS),
-            range_min_m: lidar.range_min_m,
             range_max_m: lidar.range_max_m,
+            robot_radius_m: task.robot.radius_m,
             directions: [(0.0, 0.0); MAX_BEAMS],
             sector_of_beam: [0; MAX_BEAMS],
             unseen: [true; SECTOR_COUNT],
@@ -95,6 +104,11 @@ pub fn sector_angle_rad(sector: usize) -> f32 {
 pub struct ScanView {
     /// Nearest range in each sector, m, at most `range_max_m`.
     sectors_m: [f32; SECTOR_COUNT],
+    /// Middles of the sectors in which nothing is known, two radii from the robot's centre.
+    veiled: Vec<Point, SECTOR_COUNT>,
+    is_closed_ahead: bool,
+    /// How far the lidar that measured can see, m, at most `range_max_m`.
+    reach_m: f32,
     hits: Vec<Hit, MAX_BEAMS>,
     /// Direction (robot frame, unit vector) and free length (m) of every valid beam.
     rays: Vec<(f32, f32, f32), MAX_BEAMS>,
@@ -103,17 +117,25 @@ pub struct ScanView {
 impl ScanView {
     /// Before the first scan: nothing seen, everything free.
     pub fn new(geometry: &ScanGeometry) -> Self {
-        Self { sectors_m: [geometry.range_max_m; SECTOR_COUNT], hits: Vec::new(), rays: Vec::new() }
+        Self {
+            sectors_m: [geometry.range_max_m; SECTOR_COUNT],
+            veiled: Vec::new(),
+            is_closed_ahead: false,
+            reach_m: geometry.range_max_m,
+            hits: Vec::new(),
+            rays: Vec::new(),
+        }
     }
 
-    /// Digests a scan; the caller has checked that it [fits](crate::task::Lidar::fits).
-    pub fn update(&mut self, geometry: &ScanGeometry, scan: &LaserScan) {
-        let range_min_m = geometry.range_min_m.max(scan.range_min_m);
+    /// Digests the trained lidar's beams, m: `INFINITY` for nothing within the `reach_m` of the lidar that measured,
+    /// NaN where nothing is known.
+    pub fn update(&mut self, geometry: &ScanGeometry, beams_m: &[f32], reach_m: f32) {
         let mut nearest = [f32::INFINITY; SECTOR_COUNT];
+        self.reach_m = reach_m.min(geometry.range_max_m);
         self.hits.clear();
         self.rays.clear();
-        for (beam, &range_m) in scan.ranges_m().iter().take(geometry.beam_count).enumerate() {
-            if range_m.is_nan() || range_m < range_min_m {
+        for (beam, &range_m) in beams_m.iter().take(geometry.beam_count).enumerate() {
+            if range_m.is_nan() {
                 continue;
             }
             let (cos, sin) = geometry.directions[beam];
@@ -121,24 +143,44 @@ impl ScanView {
             let sector = usize::from(geometry.sector_of_beam[beam]);
             nearest[sector] = nearest[sector].min(free_m);
             // Capacity is MAX_BEAMS and so is the longest scan: pushing cannot fail.
-            let _ = self.rays.push((cos, sin, free_m));
+            let _ = self.rays.push((cos, sin, free_m.min(self.reach_m)));
             if range_m < geometry.range_max_m {
                 let _ =
                     self.hits.push(Hit { point: Point::new(free_m * cos, free_m * sin), range_m: free_m });
             }
         }
+        self.veiled.clear();
+        self.is_closed_ahead = false;
         for sector in 0..SECTOR_COUNT {
-            self.sectors_m[sector] = if nearest[sector].is_finite() {
+            let is_known = nearest[sector].is_finite();
+            self.sectors_m[sector] = if is_known {
                 nearest[sector]
             } else if geometry.unseen[sector] {
                 geometry.range_max_m
             } else {
+                let (cos, sin) = geometry.sector_directions[sector];
+                let veil_m = 2.0 * geometry.robot_radius_m;
+                let _ = self.veiled.push(Point::new(veil_m * cos, veil_m * sin));
                 let left = nearest[(sector + 1) % SECTOR_COUNT];
                 let right = nearest[(sector + SECTOR_COUNT - 1) % SECTOR_COUNT];
                 let nearer = left.min(right);
                 if nearer.is_finite() { nearer } else { 0.0 }
             };
+            let is_ahead = sector_angle_rad(sector).abs() < AHEAD_RAD;
+            let touches = self.sectors_m[sector] <= geometry.robot_radius_m;
+            let is_veiled = !is_known && !geometry.unseen[sector];
+            self.is_closed_ahead |= is_ahead && (touches || is_veiled);
         }
+    }
+
+    /// How far the lidar that measured can see, m, at most the trained one's range.
+    pub fn reach_m(&self) -> f32 {
+        self.reach_m
+    }
+
+    /// Whether driving forward could touch what is too near, or leads to where nothing is known.
+    pub fn is_closed_ahead(&self) -> bool {
+        self.is_closed_ahead
     }
 
     /// Nearest range in each sector, m.
@@ -162,10 +204,17 @@ impl ScanView {
     }
 
     /// How far a disc of `half_width_m` can go straight in direction (`cos`, `sin`) of the robot frame before
-    /// it touches a hit, m, at most `limit_m`. Hits that it already touches count only when ahead.
+    /// it touches a hit, m, at most `limit_m`. Hits that it already touches count only when ahead. Where nothing is known,
+    /// nothing is free.
     pub fn corridor_m(&self, cos: f32, sin: f32, half_width_m: f32, limit_m: f32) -> f32 {
         let width_squared = half_width_m * half_width_m;
         let mut free_m = limit_m;
+        for point in &self.veiled {
+            let along = point.x * cos + point.y * sin;
+            if along > 0.0 && (point.y * cos - point.x * sin).abs() < half_width_m {
+                return 0.0;
+            }
+        }
         for hit in &self.hits {
             let along = hit.point.x * cos + hit.point.y * sin;
             let lateral = hit.point.y * cos - hit.point.x * sin;
@@ -179,38 +228,4 @@ impl ScanView {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_wall_ahead_closes_the_corridor_ahead_only() {
-        let task = Task::default();
-        let geometry = ScanGeometry::new(&task);
-        let mut view = ScanView::new(&geometry);
-        // A wall at x = 2.
-        let wall = |a| if libm::cosf(a) > 0.1 { 2.0 / libm::cosf(a) } else { f32::INFINITY };
-        let scan = LaserScan::of(&task.lidar, wall);
-        assert!(task.lidar.fits(&scan));
-        view.update(&geometry, &scan);
-        let ahead = view.corridor_m(1.0, 0.0, 0.25, 5.0);
-        assert!((ahead - 1.75).abs() < 0.05, "{ahead}");
-        assert!((view.corridor_m(-1.0, 0.0, 0.25, 5.0) - 5.0).abs() < 1e-6);
-        assert!((view.nearest_m() - 2.0).abs() < 1e-3);
-    }
-
-    #[test]
-    fn failed_beams_are_not_walls_and_not_free() {
-        let task = Task::default();
-        let geometry = ScanGeometry::new(&task);
-        let mut view = ScanView::new(&geometry);
-        let mut scan = LaserScan::of(&task.lidar, |_| 1.0);
-        scan.ranges_m[40] = f32::NAN;
-        scan.ranges_m[41] = 0.0;
-        view.update(&geometry, &scan);
-        assert!(view.sectors_m().iter().all(|&range| (range - 1.0).abs() < 1e-6), "{:?}", view.sectors_m());
-        assert_eq!(view.rays().len(), 70);
-        scan.ranges_m = [f32::NAN; MAX_BEAMS];
-        view.update(&geometry, &scan);
-        assert!(view.sectors_m().iter().all(|&range| range == 0.0), "blind is closed");
-    }
-}
+mod tests;

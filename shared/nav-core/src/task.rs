@@ -3,7 +3,7 @@
 //! Written once, in the training configuration; copied into the manifest by the export; read back from
 //! there by runtime, simulator and evaluation. No field of it is typed twice.
 
-use crate::messages::{LaserScan, MAX_BEAMS};
+use crate::messages::MAX_BEAMS;
 use crate::twist::Twist;
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
@@ -174,15 +174,6 @@ impl Robot {
 }
 
 impl Lidar {
-    /// Whether a scan has this geometry: same beams, same directions, and a range that reaches as far.
-    pub fn fits(&self, scan: &LaserScan) -> bool {
-        scan.beam_count == self.beam_count
-            && (scan.angle_min_rad - self.angle_min_rad()).abs() < 1e-3
-            && (scan.angle_increment_rad - self.angle_increment_rad()).abs() < 1e-5
-            && scan.range_max_m >= self.range_max_m - 1e-3
-            && scan.range_max_m.is_finite()
-    }
-
     /// Whether the field of view is the whole circle.
     pub fn is_full_circle(&self) -> bool {
         self.field_of_view_rad > TAU - 1e-3

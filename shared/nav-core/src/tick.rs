@@ -1,5 +1,6 @@
 //! A tick seen from outside: messages in, command out.
 
+use crate::guard::Cause;
 use crate::messages::{CmdVel, Goal, LaserScan, Odometry, RunState};
 use crate::navigator::DecisionReason;
 use crate::task::Task;
@@ -22,6 +23,8 @@ pub struct TickStatus {
     pub state: RunState,
     /// [`crate::messages::fault`] bits.
     pub faults: u32,
+    /// The first of the faults that needs words.
+    pub cause: Option<Cause>,
     /// Why a decision was taken in this tick, if one was.
     pub decided: Option<DecisionReason>,
     /// The action being carried out (see [`crate::task`]).

@@ -22,8 +22,17 @@ fn network(inputs: usize, outputs: usize, rows: usize, seed: u32, bad: bool) -> 
     if bad {
         weights[0] = f32::NAN;
     }
-    let bias = vec![0.1; outputs];
-    let layers = [Layer { weights: &weights, bias: &bias }];
+    of_weights(inputs, outputs, rows, &weights, 0.1)
+}
+
+/// A network that wishes to drive ahead at full speed and turn left as fast as it can, whatever it sees.
+fn eager() -> Network<Vec<f32>> {
+    of_weights(LOW_OBSERVATION, LOW_ACTION, 1, &vec![0.0; LOW_OBSERVATION * LOW_ACTION], 9.0)
+}
+
+fn of_weights(inputs: usize, outputs: usize, rows: usize, weights: &[f32], bias: f32) -> Network<Vec<f32>> {
+    let bias = vec![bias; outputs];
+    let layers = [Layer { weights, bias: &bias }];
     let mlp = MlpSpec::new(&[inputs, outputs]).expect("two sizes").output(Activation::Tanh).rows(rows);
     let spec = mlp.spec(&MlpWeights::new(&layers)).expect("fits");
     let level = CpuLevel::detect();
@@ -121,8 +130,7 @@ fn a_network_that_answers_nan_stops_the_robot_in_the_same_tick() {
         let (command, status) = controller.tick(PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
         assert!(status.faults & fault::NON_FINITE != 0 && command.faults & fault::NON_FINITE != 0);
         assert_eq!(status.state, RunState::Stopped);
-        // Odometry says 0.5 m/s: the ramp towards zero starts at once.
-        assert!(command.linear_mps < 0.31 && command.linear_mps.is_finite());
+        assert!(command.linear_mps == 0.0);
     }
 }
 
@@ -132,7 +140,7 @@ fn scans_of_another_geometry_and_blind_scans_are_refused() {
     let mut controller = controller(&task);
     let (scan, odom, goal) = messages(&task, 1, 1);
     let mut other = scan;
-    other.beam_count = 71;
+    other.beam_count = 35;
     let mut blind = scan;
     blind.ranges_m = [f32::NAN; MAX_BEAMS];
     for (k, scan) in [other, blind].into_iter().enumerate() {
@@ -155,7 +163,7 @@ fn a_new_goal_on_the_way_is_no_new_start() {
         let (command, status) =
             controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
         assert_eq!(status.state, RunState::Driving);
-        let change = command.linear_mps - if seq == 1 { 0.5 } else { last };
+        let change = command.linear_mps - last;
         assert!(change.abs() <= 0.2 + 1e-6, "step {seq}: {last} to {}", command.linear_mps);
         last = command.linear_mps;
     }
@@ -226,4 +234,93 @@ fn it_drives_on_to_the_middle_of_the_goal() {
     assert_eq!(state_at(5, 0.5, 2), RunState::Driving, "until another goal comes");
     assert_eq!(state_at(6, 0.2, 2), RunState::Driving);
     assert_eq!(state_at(7, 0.23, 2), RunState::Reached, "passed by inside the radius");
+}
+
+/// A pillar 20 degrees wide dead ahead that is too near to be measured, or of which nothing is known, whatever the policy
+/// wishes.
+#[test]
+fn it_does_not_drive_at_what_is_too_near_or_unknown() {
+    let task = Task::default();
+    for value in [f32::NEG_INFINITY, 0.0, f32::NAN] {
+        let mut controller = Controller::new(&task, None, eager()).expect("shapes fit");
+        for seq in 1..=30 {
+            let (mut scan, mut odom, goal) = messages(&task, seq, 1);
+            scan.ranges_m[34..=38].fill(value);
+            odom.linear_mps = 0.0;
+            let (command, status) =
+                controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+            assert_eq!(status.state, RunState::Driving, "it may turn away");
+            assert!(command.linear_mps == 0.0, "{value}, step {seq}: {}", command.linear_mps);
+            assert!(status.faults & fault::CLOSED_AHEAD != 0);
+        }
+    }
+}
+
+/// After a stall the ticks come in a burst: two of them a millisecond apart are not two periods of acceleration.
+#[test]
+fn a_burst_of_ticks_does_not_accelerate_faster() {
+    let task = Task::default();
+    let mut controller = Controller::new(&task, None, eager()).expect("shapes fit");
+    let (mut last, mut fastest) = (0.0, 0.0_f32);
+    for burst in 0..40 {
+        for tick in 0..3 {
+            let seq = burst + 1;
+            let (scan, odom, goal) = messages(&task, seq, 1);
+            let now_ns = seq * PERIOD_NS + tick * 1_000_000;
+            let (command, _) = controller.tick(now_ns, Inputs { scan: &scan, odom: &odom, goal: &goal });
+            let most = if tick == 0 { 0.2 } else { 0.002 };
+            assert!(
+                command.linear_mps - last <= most + 1e-6,
+                "burst {burst}: {last} to {}",
+                command.linear_mps
+            );
+            last = command.linear_mps;
+            fastest = fastest.max(last);
+        }
+    }
+    assert!(fastest > 0.25, "it drives: {fastest}");
+}
+
+/// A speed sensor that is stuck at 0.8 m/s: whatever stopped the robot, it starts from a standstill.
+#[test]
+fn a_stuck_speed_sensor_does_not_make_a_standing_robot_jump() {
+    let task = Task::default();
+    let mut controller = Controller::new(&task, None, eager()).expect("shapes fit");
+    let mut last = 0.0;
+    for seq in 1..=60 {
+        let (mut scan, mut odom, goal) = messages(&task, seq, 1);
+        odom.linear_mps = 0.8;
+        if seq % 20 < 8 {
+            // Stamps of the future, as after a clock that was set back.
+            scan.header.stamp_ns += 1_000_000_000_000;
+        }
+        let (command, _) = controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        assert!(command.linear_mps <= last + 0.2 + 1e-6, "step {seq}: {last} to {}", command.linear_mps);
+        last = command.linear_mps;
+    }
+}
+
+/// A goal that came after the newest scan is not reached, though the robot stands at the last one.
+#[test]
+fn a_goal_that_no_scan_was_seen_with_is_not_reached() {
+    let task = Task::default();
+    let mut controller = controller(&task);
+    let at_goal = |seq: u64, id: u32, x_m: f32| {
+        let (scan, mut odom, mut goal) = messages(&task, seq, id);
+        (odom.pose, odom.linear_mps) = (Pose::new(8.0, 3.0, 0.0), 0.0);
+        goal.x_m = x_m;
+        (scan, odom, goal)
+    };
+    let mut state = |scan: &LaserScan, odom: &Odometry, goal: &Goal, now: u64| {
+        controller.tick(now, Inputs { scan, odom, goal }).1.state
+    };
+    let (scan, odom, goal) = at_goal(1, 1, 8.0);
+    state(&scan, &odom, &goal, PERIOD_NS);
+    let (scan, odom, goal) = at_goal(2, 1, 8.0);
+    assert_eq!(state(&scan, &odom, &goal, 2 * PERIOD_NS), RunState::Reached);
+    let later = 2 * PERIOD_NS + 30_000_000;
+    let (_, _, other) = at_goal(2, 2, 1.0);
+    assert_eq!(state(&scan, &odom, &other, later), RunState::Driving, "another goal");
+    let (_, _, corrected) = at_goal(2, 1, 5.0);
+    assert_eq!(state(&scan, &odom, &corrected, later), RunState::Driving, "the same, moved away");
 }

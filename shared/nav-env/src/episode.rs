@@ -57,7 +57,7 @@ impl Episode {
         self.place = place;
         self.goal_id = self.goal_id.wrapping_add(1);
         self.arrived_steps = 0;
-        self.guard.restart_from(Twist::ZERO);
+        self.guard.restart_from(Twist::ZERO, 0);
         self.observe();
     }
 

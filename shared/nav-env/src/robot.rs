@@ -15,6 +15,7 @@ use std::time::Instant;
 use crate::episode_loop::{Answer, Commands, Onlooker, drive_episode};
 use crate::limits::Limits;
 use crate::messages::Messages;
+use crate::other_lidar::OtherLidar;
 use crate::worlds::Place;
 
 /// What drives an episode.
@@ -34,6 +35,7 @@ pub struct SimulatedRobot {
     task: Task,
     disturbance: Disturbance,
     limits: Limits,
+    lidar: Option<OtherLidar>,
     seq: u64,
     goal_id: u32,
     messages: Messages,
@@ -58,6 +60,7 @@ impl SimulatedRobot {
             task: *task,
             disturbance: *disturbance,
             limits: Limits::default(),
+            lidar: None,
             seq: 0,
             goal_id: 0,
             messages: Messages::default(),
@@ -69,9 +72,15 @@ impl SimulatedRobot {
         Self { limits, ..self }
     }
 
+    /// With another lidar than the policy was trained with.
+    pub fn with_lidar(self, lidar: Option<OtherLidar>) -> Self {
+        Self { lidar, ..self }
+    }
+
     /// Drives an episode to its end.
     pub fn drive(&mut self, driver: &mut (impl Driver + ?Sized), place: &Place, with_trace: bool) -> Driven {
         let task = self.limits.task(&self.task, place.scene.episode_steps());
+        let task = self.lidar.map_or(task, |lidar| lidar.on(&task));
         let mut simulation =
             Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);
         let mut trace = with_trace.then(|| trace_of(place, &task));

@@ -12,6 +12,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use crate::other_lidar::OtherLidar;
 use crate::robot::Driven;
 use crate::worlds::Scene;
 
@@ -34,6 +35,9 @@ pub struct EpisodeRow {
     pub world_seed: u64,
     /// How the robot differed from a perfect one.
     pub disturbance: DisturbanceName,
+    /// The lidar, where it was not the trained one.
+    #[serde(default)]
+    pub lidar: Option<OtherLidar>,
     /// How it ended.
     pub end: EpisodeEnd,
     /// See [`nav_core::metrics::EpisodeMetrics::hit_while_standing`].
@@ -89,6 +93,8 @@ pub struct Labels<'a> {
     pub world_seed: u64,
     /// See [`EpisodeRow::disturbance`].
     pub disturbance: DisturbanceName,
+    /// See [`EpisodeRow::lidar`].
+    pub lidar: Option<OtherLidar>,
 }
 
 impl EpisodeRow {
@@ -108,6 +114,7 @@ impl EpisodeRow {
             split,
             world_seed: labels.world_seed,
             disturbance: labels.disturbance,
+            lidar: labels.lidar,
             end: m.end,
             hit_while_standing: m.hit_while_standing,
             steps: m.steps,
@@ -141,7 +148,7 @@ impl EpisodeRow {
             && self.training_seed == labels.training_seed
             && self.run == labels.run
             && self.world_seed == labels.world_seed
-            && self.disturbance == labels.disturbance
+            && (self.disturbance, self.lidar) == (labels.disturbance, labels.lidar)
     }
 }
 

@@ -18,6 +18,7 @@ fn row(world_seed: u64) -> EpisodeRow {
         split: Some(Split::Test),
         world_seed,
         disturbance: DisturbanceName::Usual,
+        lidar: None,
         end: EpisodeEnd::Success,
         hit_while_standing: false,
         steps: 123,

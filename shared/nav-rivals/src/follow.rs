@@ -38,7 +38,7 @@ impl Follower {
         let is_new = self.goal_id != Some(inputs.goal.id);
         self.goal_id = Some(inputs.goal.id);
         if is_new {
-            self.guard.restart_from(inputs.odom.twist());
+            self.guard.restart_from(inputs.odom.twist(), 0);
         }
         self.navigator.observe(inputs.scan, inputs.odom, inputs.goal);
         is_new
@@ -75,6 +75,7 @@ impl Follower {
         let status = TickStatus {
             state,
             faults,
+            cause: None,
             decided: None,
             action: ACTION_GOAL,
             subgoal_m: (target.x, target.y),

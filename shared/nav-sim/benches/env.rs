@@ -62,7 +62,7 @@ fn round(worlds: &[Arc<World>], task: &Task, observed: bool) -> f64 {
     for _ in 0..STEPS {
         if simulation.step(roamer.command(&mut guard)).is_over() {
             episode += 1;
-            guard.restart_from(Twist::ZERO);
+            guard.restart_from(Twist::ZERO, 0);
             simulation.reset(Arc::clone(&worlds[episode as usize % worlds.len()]), u64::from(episode));
         }
         simulation.scan(&mut scan);

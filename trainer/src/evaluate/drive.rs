@@ -78,7 +78,9 @@ impl Fleets {
     fn new(plan: &Plan, threads: usize) -> Result<Self> {
         let disturbance = plan.disturbance.disturbance();
         let fleet = || -> Result<Fleet> {
-            let robot = || SimulatedRobot::new(&plan.task, &disturbance).with_limits(plan.limits);
+            let robot = || {
+                SimulatedRobot::new(&plan.task, &disturbance).with_limits(plan.limits).with_lidar(plan.lidar)
+            };
             plan.policies.iter().map(|policy| Ok((robot(), policy.driver(&plan.task)?))).collect()
         };
         Ok(Self(Mutex::new((0..threads).map(|_| fleet()).collect::<Result<_>>()?)))

@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, bail, ensure};
 use nav_core::task::Task;
 use nav_env::limits::Limits;
+use nav_env::other_lidar::OtherLidar;
 use nav_env::rows::{EpisodeRow, Labels, RowFile};
 use nav_env::worlds::Scene;
 use nav_host::files::check_writable;
@@ -36,6 +37,8 @@ pub struct Plan {
     pub disturbance: DisturbanceName,
     /// How its episodes end.
     pub limits: Limits,
+    /// Its lidar, where it is not the trained one.
+    pub lidar: Option<OtherLidar>,
     /// Episodes of each policy and family in the pictures.
     pub pictures: usize,
     /// Where everything goes.
@@ -60,6 +63,7 @@ struct Kept<'a> {
     disturbance: DisturbanceName,
     disturbance_ranges: Disturbance,
     limits: Limits,
+    lidar: Option<OtherLidar>,
 }
 
 #[derive(Serialize)]
@@ -97,6 +101,7 @@ impl Plan {
             task,
             disturbance: args.disturbance,
             limits,
+            lidar: args.lidar,
             pictures: args.pictures.into(),
             out: args.out.clone(),
         })
@@ -121,6 +126,7 @@ impl Plan {
             scene,
             world_seed,
             disturbance: self.disturbance,
+            lidar: self.lidar,
         }
     }
 
@@ -178,6 +184,7 @@ impl Plan {
             disturbance: self.disturbance,
             disturbance_ranges: self.disturbance.disturbance(),
             limits: self.limits,
+            lidar: self.lidar,
         };
         Ok(serde_json::to_string_pretty(&kept)? + "\n")
     }

@@ -11,7 +11,7 @@ pub const STALE_ODOM: u32 = 1 << 1;
 pub const NO_GOAL: u32 = 1 << 2;
 /// A network answered NaN or infinity.
 pub const NON_FINITE: u32 = 1 << 3;
-/// The scan does not have the geometry that the policy was trained on, or too few valid beams.
+/// The scan cannot serve: its geometry, too few beams that measured, or nothing hit where walls stood.
 pub const BAD_SCAN: u32 = 1 << 4;
 /// A stamp from the future, or time or order running backwards.
 pub const BAD_CLOCK: u32 = 1 << 5;
@@ -21,14 +21,20 @@ pub const SPEED_LIMITED: u32 = 1 << 6;
 pub const ACCELERATION_LIMITED: u32 = 1 << 7;
 /// Odometry or goal holds a number that is not finite.
 pub const BAD_INPUT: u32 = 1 << 8;
+/// The odometry jumped by more than the robot can drive, or stands still while the robot moves.
+pub const BAD_ODOM: u32 = 1 << 9;
+/// The goal's heartbeat has stopped, where one was asked for.
+pub const STALE_GOAL: u32 = 1 << 10;
+/// The command was cut because something touches ahead, or nothing is known of what is there.
+pub const CLOSED_AHEAD: u32 = 1 << 11;
 
 /// Bits that only say that a message is yet to come.
-pub const MISSING: u32 = STALE_SCAN | STALE_ODOM | NO_GOAL;
+pub const MISSING: u32 = STALE_SCAN | STALE_ODOM | NO_GOAL | STALE_GOAL;
 /// Bits that force a stop (the others only shape the command).
-pub const STOPPING: u32 = MISSING | NON_FINITE | BAD_SCAN | BAD_CLOCK | BAD_INPUT;
+pub const STOPPING: u32 = MISSING | NON_FINITE | BAD_SCAN | BAD_CLOCK | BAD_INPUT | BAD_ODOM;
 
 /// Names for people, bit by bit.
-pub const NAMES: [&str; 9] = [
+pub const NAMES: [&str; 12] = [
     "stale scan",
     "stale odometry",
     "no goal",
@@ -37,7 +43,10 @@ pub const NAMES: [&str; 9] = [
     "time runs wrong",
     "speed limited",
     "acceleration limited",
-    "input not finite",
+    "input not a number",
+    "odometry impossible",
+    "stale goal",
+    "no way ahead",
 ];
 
 /// Prints the names of these bits, or `ok` when there are none.
@@ -79,7 +88,10 @@ mod tests {
             (BAD_CLOCK, "time runs wrong"),
             (SPEED_LIMITED, "speed limited"),
             (ACCELERATION_LIMITED, "acceleration limited"),
-            (BAD_INPUT, "input not finite"),
+            (BAD_INPUT, "input not a number"),
+            (BAD_ODOM, "odometry impossible"),
+            (STALE_GOAL, "stale goal"),
+            (CLOSED_AHEAD, "no way ahead"),
         ];
         assert_eq!(bits.len(), NAMES.len());
         for (bit, name) in bits {

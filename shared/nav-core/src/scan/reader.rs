@@ -1,0 +1,223 @@
+//! From a scan of any lidar to the beams that the policy was trained with.
+//!
+//! Each trained beam takes the nearest thing that was measured within its own width. In a coarser scan a measured beam
+//! stands for its own step. What nobody measured is unknown. The trained lidar's own scans pass unchanged.
+//!
+//! | a range reads | it means |
+//! |---|---|
+//! | `INFINITY` | nothing within `range_max_m` |
+//! | a number within the scan's limits | something there |
+//! | a positive number below `range_min_m` | something there: too near to be exact, but an obstacle |
+//! | 0, a negative number, `-INFINITY` (REP 117) | something too near to be measured: it counts as touching the robot |
+//! | NaN, a finite number above `range_max_m` | the measurement failed: nothing is known |
+//! | at least the driver's own [`ScanReader::set_no_return_m`] | nothing within `range_max_m` |
+
+use super::Misfit;
+use super::recall::Recall;
+use crate::geometry::{Pose, wrap_angle};
+use crate::messages::{LaserScan, MAX_BEAMS};
+use crate::task::Task;
+
+/// Share of beams that must have measured before a scan may be driven on.
+const MEASURED_SHARE_MIN: f32 = 0.75;
+/// So much of the trained field of view may be looked into by no beam, rad: 10 degrees, counted as unknown.
+const UNSEEN_MAX_RAD: f32 = 0.175;
+/// What is too near to be measured may begin so far outside the robot, m.
+const MINIMUM_BEYOND_M: f32 = 0.3;
+/// So many good scans in a row end a fault of the scan.
+const SETTLED_SCANS: u32 = 5;
+/// Where something stood within this share of the range, scans that hit nothing at all...
+const VANISHED_SHARE: f32 = 0.5;
+/// ...are doubted after this time, ns.
+const VANISHED_AFTER_NS: u64 = 1_000_000_000;
+
+/// Reads scans of any geometry as the trained lidar's.
+#[derive(Clone, Debug)]
+pub struct ScanReader {
+    task: Task,
+    no_return_m: f32,
+    /// Header of the scan that the table below was made for: first direction, increment, beams.
+    layout: (u32, u32, u32),
+    /// First trained beam that a measured beam stands for...
+    first: [u16; MAX_BEAMS],
+    /// ...and how many, counter-clockwise.
+    count: [u16; MAX_BEAMS],
+    /// Trained beams that no measured beam looks into.
+    unseen: usize,
+    beams_m: [f32; MAX_BEAMS],
+    recall: Recall,
+    last_seq: u64,
+    /// Good scans in a row since the last bad one.
+    good_scans: u32,
+    /// Nearest hit of the last scan with any, m, and when the first scan without came.
+    vanishing: (f32, Option<u64>),
+}
+
+impl ScanReader {
+    /// For the lidar of `task`.
+    pub fn new(task: &Task) -> Self {
+        Self {
+            task: *task,
+            no_return_m: f32::INFINITY,
+            layout: (0, 0, 0),
+            first: [0; MAX_BEAMS],
+            count: [0; MAX_BEAMS],
+            unseen: 0,
+            beams_m: [f32::NAN; MAX_BEAMS],
+            recall: Recall::new(&task.lidar),
+            last_seq: 0,
+            good_scans: SETTLED_SCANS,
+            vanishing: (f32::INFINITY, None),
+        }
+    }
+
+    /// A finite range from which on the driver means that nothing was hit, m; see the table above. Infinite at first.
+    pub fn set_no_return_m(&mut self, no_return_m: f32) {
+        self.no_return_m = no_return_m;
+    }
+
+    /// Why this scan may not be driven on, if it may not; asked once a tick, before [`Self::read`].
+    ///
+    /// # Errors
+    /// The first [`Misfit`].
+    pub fn inspect(&mut self, scan: &LaserScan) -> Result<(), Misfit> {
+        let is_new = scan.header.seq != self.last_seq;
+        self.last_seq = scan.header.seq;
+        let fine = self.fits(scan).and_then(|()| self.measures(scan));
+        if is_new {
+            self.good_scans = if fine.is_ok() { self.good_scans.saturating_add(1) } else { 0 };
+        }
+        fine?;
+        if self.good_scans < SETTLED_SCANS {
+            return Err(Misfit::Settling { needed: SETTLED_SCANS, good: self.good_scans });
+        }
+        Ok(())
+    }
+
+    /// Whether the scan's geometry can stand in for the trained one.
+    fn fits(&mut self, scan: &LaserScan) -> Result<(), Misfit> {
+        let LaserScan { angle_min_rad, angle_increment_rad, range_min_m, range_max_m, beam_count, .. } =
+            *scan;
+        let lidar = self.task.lidar;
+        let is_number = angle_min_rad.abs() < 100.0 && range_min_m.is_finite() && !range_max_m.is_nan();
+        if !is_number || !(1e-4..7.0).contains(&angle_increment_rad.abs()) {
+            return Err(Misfit::Header { angle_min_rad, angle_increment_rad, range_min_m, range_max_m });
+        }
+        if beam_count as usize > MAX_BEAMS {
+            return Err(Misfit::TooManyBeams { most: MAX_BEAMS as u32, found: beam_count });
+        }
+        if 2 * beam_count < lidar.beam_count {
+            return Err(Misfit::FewBeams { trained: lidar.beam_count, found: beam_count });
+        }
+        if range_max_m < 0.5 * lidar.range_max_m {
+            return Err(Misfit::ShortRange { trained_m: lidar.range_max_m, found_m: range_max_m });
+        }
+        let most_m = lidar.range_min_m.max(self.task.robot.radius_m + MINIMUM_BEYOND_M);
+        if range_min_m > most_m {
+            return Err(Misfit::FarMinimum { most_m, found_m: range_min_m });
+        }
+        self.lay_out(scan);
+        let unseen_rad = self.unseen as f32 * lidar.angle_increment_rad();
+        if unseen_rad > UNSEEN_MAX_RAD {
+            let trained_rad = lidar.field_of_view_rad;
+            return Err(Misfit::NarrowView { trained_rad, found_rad: (trained_rad - unseen_rad).max(0.0) });
+        }
+        Ok(())
+    }
+
+    /// Whether enough of its beams measured, and what they measured can be.
+    fn measures(&mut self, scan: &LaserScan) -> Result<(), Misfit> {
+        let (mut measured, mut nearest_m) = (0_u32, f32::INFINITY);
+        for &range_m in scan.ranges_m() {
+            let means_m = self.meaning_m(scan, range_m);
+            measured += u32::from(!means_m.is_nan());
+            nearest_m = nearest_m.min(means_m);
+        }
+        let beams = scan.beam_count;
+        if (measured as f32) < MEASURED_SHARE_MIN * beams as f32 {
+            return Err(Misfit::Blind { measured, beams });
+        }
+        if nearest_m.is_finite() {
+            self.vanishing = (nearest_m, None);
+            return Ok(());
+        }
+        let (stood_m, since) = &mut self.vanishing;
+        let for_ns = scan.header.stamp_ns.saturating_sub(*since.get_or_insert(scan.header.stamp_ns));
+        if *stood_m < VANISHED_SHARE * self.task.lidar.range_max_m && for_ns > VANISHED_AFTER_NS {
+            return Err(Misfit::Vanished { for_s: for_ns as f32 / 1e9, nearest_m: *stood_m });
+        }
+        Ok(())
+    }
+
+    /// What a range means: where something is, m; `INFINITY` for nothing, NaN for nothing known.
+    fn meaning_m(&self, scan: &LaserScan, range_m: f32) -> f32 {
+        if range_m < scan.range_min_m {
+            let touching_m = scan.range_min_m.min(self.task.robot.radius_m);
+            return if range_m > 0.0 { range_m } else { touching_m };
+        }
+        if range_m >= self.no_return_m || range_m == f32::INFINITY {
+            return f32::INFINITY;
+        }
+        // A hair more, because limits and ranges are rounded in different places.
+        if range_m <= scan.range_max_m * 1.001 {
+            return if range_m < self.task.lidar.range_max_m { range_m } else { f32::INFINITY };
+        }
+        f32::NAN
+    }
+
+    /// Works out which trained beams each measured beam stands for, unless the last scan had the same layout.
+    fn lay_out(&mut self, scan: &LaserScan) {
+        let layout = (scan.angle_min_rad.to_bits(), scan.angle_increment_rad.to_bits(), scan.beam_count);
+        if layout == self.layout {
+            return;
+        }
+        self.layout = layout;
+        let lidar = &self.task.lidar;
+        let (trained, width_rad) =
+            ((lidar.beam_count as usize).min(MAX_BEAMS) as i32, lidar.angle_increment_rad());
+        // A thousandth more, so that what lies on a border belongs to both sides whatever the rounding.
+        let half = 0.501 * (scan.angle_increment_rad.abs() / width_rad).max(1.0);
+        let mut is_seen = [false; MAX_BEAMS];
+        for beam in 0..scan.ranges_m().len() {
+            let angle_rad = wrap_angle(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
+            let place = (angle_rad - lidar.angle_min_rad()) / width_rad;
+            let (mut low, mut high) = (libm::ceilf(place - half) as i32, libm::floorf(place + half) as i32);
+            if lidar.is_full_circle() {
+                high = high.min(low + trained - 1);
+            } else {
+                (low, high) = (low.max(0), high.min(trained - 1));
+            }
+            let count = (high - low + 1).max(0);
+            self.first[beam] = low.rem_euclid(trained) as u16;
+            self.count[beam] = count as u16;
+            for step in 0..count {
+                is_seen[(low + step).rem_euclid(trained) as usize] = true;
+            }
+        }
+        self.unseen = is_seen[..trained as usize].iter().filter(|seen| !**seen).count();
+    }
+
+    /// The trained beams of a scan that was [inspected](Self::inspect), m, as the table above says; what failed is taken
+    /// from what was seen there a moment ago. `pose` is where it was taken, `odom_from_robot`.
+    pub fn read(&mut self, scan: &LaserScan, pose: Pose) -> &[f32] {
+        self.lay_out(scan);
+        let trained = (self.task.lidar.beam_count as usize).min(MAX_BEAMS);
+        self.beams_m[..trained].fill(f32::NAN);
+        for (beam, &range_m) in scan.ranges_m().iter().enumerate() {
+            let means_m = self.meaning_m(scan, range_m);
+            let mut at = usize::from(self.first[beam]);
+            for _ in 0..self.count[beam] {
+                // The minimum of a number and NaN is the number.
+                self.beams_m[at] = self.beams_m[at].min(means_m);
+                at = if at + 1 == trained { 0 } else { at + 1 };
+            }
+        }
+        self.recall.complete(&mut self.beams_m[..trained], scan.header.stamp_ns, pose);
+        &self.beams_m[..trained]
+    }
+
+    /// Forgets what was seen: the robot is elsewhere.
+    pub fn forget(&mut self) {
+        self.recall.forget();
+    }
+}
