@@ -40,9 +40,14 @@ pub(crate) enum Command {
     /// Drive (what happens without a subcommand)
     Run(RunArguments),
     /// Verify a model and say everything that was verified
-    Check(ModelArguments),
+    Check(CheckArguments),
     /// Measure the networks, or the loop between two processes
     Bench(BenchArguments),
+    #[command(hide = true, name = runtime::model::SUBCOMMAND)]
+    ProbeModel {
+        /// Folder of the model
+        folder: PathBuf,
+    },
     #[command(hide = true, name = runtime::bench_loop::peer::SUBCOMMAND)]
     LoopPeer(PeerArguments),
     #[command(hide = true, name = runtime::bench_loop::load::SUBCOMMAND)]
@@ -57,6 +62,19 @@ pub(crate) struct ModelArguments {
     /// Folder of the model: manifest.json beside its ONNX files
     #[arg(long, value_name = "DIR", default_value = "models")]
     pub(crate) model: PathBuf,
+    /// What the robot's owner allows, as TOML ([robot] linear_max_mps = 0.5 and so on); a model that asks for more is
+    /// refused
+    #[arg(long, value_name = "FILE")]
+    pub(crate) limits: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArguments {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Say it as JSON, also when the model is refused
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// When to tick.
@@ -169,6 +187,7 @@ impl RunArguments {
         );
         Ok(RunPlan {
             model: self.model.model,
+            limits: self.model.limits,
             robot: RobotName::new(&self.robot)?,
             ipc: IpcConfig::from_option(self.ipc_root.as_deref())?,
             drive: DrivePlan {

@@ -3,6 +3,7 @@
 //! Reading order: [`run`] (driving), [`latency`] (how long things took), [`mod@bench`] (the networks alone),
 //! [`bench_loop`] (the loop between two processes).
 
+pub mod model;
 pub mod run;
 
 pub mod latency;

@@ -4,13 +4,14 @@ mod cli;
 
 use anyhow::Result;
 use clap::Parser;
-use cli::{BenchArguments, Cli, Command, PeerArguments, RunArguments};
+use cli::{BenchArguments, CheckArguments, Cli, Command, ModelArguments, PeerArguments, RunArguments};
 use nav_host::exit::Exit;
 use nav_host::terminal::{note, say};
 use nav_model::alloc::CheckedAllocator;
 use nav_model::model::Model;
 use runtime::bench::{self, BenchOptions, NamedNetwork};
 use runtime::bench_loop::{self, LoopBenchError, load, peer};
+use runtime::model::ReadError;
 use runtime::run::plan::End;
 
 #[global_allocator]
@@ -23,6 +24,9 @@ fn main() -> Exit {
         Some(Command::Run(arguments)) => run(arguments),
         Some(Command::Check(arguments)) => check(&arguments),
         Some(Command::Bench(arguments)) => measure(arguments),
+        Some(Command::ProbeModel { folder }) => {
+            runtime::model::read_within_limits(&folder).map(|()| Exit::Done)
+        }
         Some(Command::LoopPeer(arguments)) => loop_peer(arguments),
         Some(Command::LoopHog { seconds }) => {
             load::hog(seconds);
@@ -39,11 +43,20 @@ fn run(arguments: RunArguments) -> Result<Exit> {
     })
 }
 
-fn check(arguments: &cli::ModelArguments) -> Result<Exit> {
-    for line in nav_model::check::check(&arguments.model)? {
-        say(line);
+fn check(arguments: &CheckArguments) -> Result<Exit> {
+    let read = read_model(&arguments.model);
+    if arguments.json {
+        let report = nav_model::check::json(read.as_ref());
+        say(serde_json::to_string_pretty(&report)?);
+    } else if let Ok(model) = &read {
+        nav_model::check::lines(model).into_iter().for_each(say);
     }
+    read?;
     Ok(Exit::Done)
+}
+
+fn read_model(arguments: &ModelArguments) -> Result<Model, ReadError> {
+    runtime::model::read(&arguments.model, arguments.limits.as_deref())
 }
 
 fn measure(arguments: BenchArguments) -> Result<Exit> {
@@ -56,7 +69,7 @@ fn measure(arguments: BenchArguments) -> Result<Exit> {
             measured => Ok(measured.map(|_| Exit::Done)?),
         };
     }
-    let (td3, dqn) = Model::read(&arguments.model.model)?.into_networks();
+    let (td3, dqn) = read_model(&arguments.model)?.into_networks();
     let mut networks = vec![NamedNetwork::new("td3", td3)];
     networks.extend(dqn.map(|dqn| NamedNetwork::new("dqn", dqn)));
     say(bench::networks(&mut networks, &BenchOptions::default())?);

@@ -24,6 +24,7 @@ pub mod tally;
 pub mod live;
 pub mod report;
 
+use crate::model::{self, ReadError};
 use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
@@ -32,7 +33,6 @@ use nav_host::files;
 use nav_host::stop::{Second, Stop};
 use nav_host::terminal::say;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
-use nav_model::model::{Model, ModelError};
 use plan::{DriveError, DrivePlan, End};
 use ports::Ports;
 use realtime::RealTime;
@@ -46,6 +46,8 @@ use tally::Tally;
 pub struct RunPlan {
     /// The model's folder.
     pub model: PathBuf,
+    /// What the robot's owner allows.
+    pub limits: Option<PathBuf>,
     /// The robot's name.
     pub robot: RobotName,
     /// Where the shared files live.
@@ -69,7 +71,7 @@ pub struct RunPlan {
 pub enum RunError {
     /// The model.
     #[error(transparent)]
-    Model(#[from] ModelError),
+    Model(#[from] ReadError),
     /// A network of another shape.
     #[error(transparent)]
     Shape(#[from] ShapeError),
@@ -97,7 +99,7 @@ pub enum RunError {
 /// # Errors
 /// Anything that keeps the robot from being driven. The last command is zero then too, if shared memory still carries it.
 pub fn run(plan: &RunPlan) -> Result<End, RunError> {
-    let model = Model::read(&plan.model)?;
+    let model = model::read(&plan.model, plan.limits.as_deref())?;
     if let Some(path) = &plan.report {
         // Known now and not after the drive.
         files::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;

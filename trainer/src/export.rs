@@ -6,13 +6,17 @@
 //! | `dqn.onnx` | `candidates` [18, 111] to `q` [18, 1]; absent in a flat policy |
 //! | `golden.json` | observations and what the trainer's own networks answered |
 //! | `README.md` | the model card |
-//! | `manifest.json` | task, layout, hashes of the others: written last |
+//! | `manifest.json` | task, layout, hashes of the others |
+//!
+//! The folder is replaced as a whole.
 
 mod golden;
 mod manifest;
 mod card;
+mod folder;
 
 use anyhow::{Context, Result, bail};
+use nav_core::manifest::MANIFEST_FILE;
 use nav_host::files::write_atomically;
 use nav_host::sha256::sha256_hex;
 use nav_model::model::{Golden, GoldenPair, Model, actor_contract, scorer_contract};
@@ -22,6 +26,7 @@ use std::path::Path;
 
 use crate::onnx::{Case, Normalisation, Verified, verify, write_mlp};
 use crate::train::policy::Policy;
+use folder::replace_folder;
 use golden::{golden_pairs, input_of};
 
 /// File name of the low level.
@@ -62,14 +67,20 @@ pub fn export(policy: &Policy, folder: &Path) -> Result<String> {
             Some(bytes)
         }
     };
-    write_folder(policy, folder, &td3, dqn.as_deref(), &golden)?;
-    let model = Model::read(folder).context("what was just written cannot be read back")?;
+    let ours = [TD3, DQN, GOLDEN, CARD, MANIFEST_FILE];
+    let mut golden_difference = 0.0;
+    replace_folder(folder, &ours, |new| {
+        write_folder(policy, new, &td3, dqn.as_deref(), &golden)?;
+        let model = Model::read(new).context("what was just written cannot be read back")?;
+        golden_difference = model.golden_difference();
+        Ok(())
+    })?;
     let _ = writeln!(
         text,
         "{}: manifest, hashes and {} golden pairs check out (largest difference {:.1e})\n\ndrive with it: runtime --model {0}",
         folder.display(),
         golden.td3.len() + golden.dqn.len(),
-        model.golden_difference()
+        golden_difference
     );
     Ok(text)
 }
@@ -97,8 +108,6 @@ fn write_folder(
     dqn: Option<&[u8]>,
     golden: &Golden,
 ) -> Result<()> {
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let golden = serde_json::to_vec(golden)?;
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.join(name);
@@ -106,15 +115,12 @@ fn write_folder(
             .with_context(|| format!("cannot write {}", path.display()))
     };
     write(TD3, td3)?;
-    match dqn {
-        Some(bytes) => write(DQN, bytes)?,
-        None if folder.join(DQN).exists() => std::fs::remove_file(folder.join(DQN))
-            .with_context(|| format!("cannot remove the old {DQN} from {}", folder.display()))?,
-        None => {}
+    if let Some(bytes) = dqn {
+        write(DQN, bytes)?;
     }
     write(GOLDEN, &golden)?;
     write(CARD, card::card(policy)?.as_bytes())?;
     let manifest =
         manifest::manifest(policy, &sha256_hex(td3), dqn.map(sha256_hex).as_deref(), &sha256_hex(&golden))?;
-    write(nav_core::manifest::MANIFEST_FILE, &serde_json::to_vec_pretty(&manifest)?)
+    write(MANIFEST_FILE, &serde_json::to_vec_pretty(&manifest)?)
 }

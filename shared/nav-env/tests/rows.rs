@@ -74,7 +74,7 @@ fn every_row_is_on_the_disk_as_soon_as_it_is_written_and_read_back_as_it_was() {
     }
     let text = fs::read_to_string(&path).expect("text");
     assert_eq!(text.lines().count(), 4, "one header: {text}");
-    assert!(text.contains("\nhybrid,,\"runs/a, b\",,barn_7.toml,,7,usual,believed_arrived,"), "{text}");
+    assert!(text.contains("\nhybrid,,\"runs/a, b\",,barn_7.toml,,7,usual,,believed_arrived,"), "{text}");
 }
 
 #[test]

@@ -1,16 +1,28 @@
 //! `runtime check`: everything that is verified before a robot is driven, a line each.
 
 use crate::load::{PARITY_CASES, PARITY_TOLERANCE};
-use crate::model::{GOLDEN_TOLERANCE, Model, ModelError};
+use crate::model::{GOLDEN_TOLERANCE, Model};
 use nav_core::manifest::{Algorithm, FileEntry};
-use std::path::Path;
 
-/// Verifies a model folder and says what was verified.
-///
-/// # Errors
-/// The first thing that is wrong.
-pub fn check(folder: &Path) -> Result<Vec<String>, ModelError> {
-    Ok(lines(&Model::read(folder)?))
+/// What was verified, for programs: `accepted`, then `checks` and the whole `manifest`, or the `reason` for which it was refused.
+pub fn json(read: Result<&Model, &impl std::error::Error>) -> serde_json::Value {
+    match read {
+        Ok(model) => serde_json::json!({
+            "accepted": true,
+            "model": model.folder().display().to_string(),
+            "checks": lines(model),
+            "manifest": model.manifest(),
+        }),
+        Err(error) => {
+            let mut reason = error.to_string();
+            let mut source = error.source();
+            while let Some(cause) = source {
+                reason = format!("{reason}: {cause}");
+                source = cause.source();
+            }
+            serde_json::json!({ "accepted": false, "reason": reason })
+        }
+    }
 }
 
 /// What a checked model is, in a line.
@@ -36,7 +48,7 @@ pub fn lines(model: &Model) -> Vec<String> {
     let manifest = model.manifest();
     let task = &manifest.task;
     let mut lines = vec![headline(model)];
-    lines.push(format!("ok  manifest: format {}, every field known", manifest.format));
+    lines.push(format!("ok  manifest: format {}, every field known and said", manifest.format));
     lines.push(format!(
         "ok  observation layout: {} low-level and {} high-level numbers, {} a candidate, {} actions",
         manifest.observation_lengths[0],

@@ -12,10 +12,12 @@
 //! # What can be loaded
 //! One input and one output, both matrices of `f32`, and the operators Gemm, MatMul, Add, Sub, Mul, Div, Max, Min, Clip, Relu,
 //! LeakyRelu, Tanh, Sigmoid, SiLU (as `x * Sigmoid(x)`), Softplus, LayerNormalization (also spelled out with Pow and Sqrt),
-//! ReduceSum and ReduceMean over the last axis, Flatten, Reshape, Squeeze, Unsqueeze, Slice, Split, Concat, Identity, Constant.
+//! ReduceSum and ReduceMean over the last axis, Flatten, Reshape, Squeeze, Unsqueeze, Slice, Split, Concat, Identity, Constant;
+//! of weights also Cast and Transpose. Weights that nothing reads are ignored, nodes may share a name.
 
 mod file;
 mod contract;
+mod tidy;
 mod preflight;
 mod weights;
 mod lower;
@@ -31,7 +33,7 @@ mod error;
 pub use arena::Arena;
 pub use contract::{NetworkContract, Port};
 pub use error::LoadError;
-pub use file::{FileBytes, FileError, read_file};
+pub use file::{FileBytes, FileError, read_file, read_file_in};
 pub use oracle::TractOracle;
 pub use parity::{PARITY_CASES, PARITY_TOLERANCE};
 pub use preflight::{MAX_MODEL_BYTES, MAX_NODES};
@@ -122,9 +124,10 @@ fn parse(bytes: &[u8], contract: &NetworkContract) -> Result<TypedModel, LoadErr
     }
     // Shapes of inner values are inferred, never believed.
     let onnx = tract_onnx::onnx().with_ignore_value_info(true);
-    let model = onnx
+    let mut model = onnx
         .proto_model_for_read(&mut &*bytes)
         .map_err(|error| LoadError::Malformed { problem: format!("{error:#}") })?;
+    tidy::tidy(&mut model);
     preflight::check(&model, contract)?;
     guarded(|| {
         let input = InferenceFact::dt_shape(

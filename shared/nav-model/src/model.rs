@@ -5,11 +5,14 @@
 //! | manifest | format, observation layout, task, names (unknown fields are refused) |
 //! | files | no links, bounded, SHA-256 as the manifest says, of the very bytes that are parsed |
 //! | networks | see [`crate::load`] |
+//! | speed | an answer within a fifth of the control period on this machine |
 //! | golden pairs | the executor gives what the trainer's network gave, within [`GOLDEN_TOLERANCE`] |
 
 mod golden;
+mod limits;
 
 pub use golden::{GOLDEN_TOLERANCE, Golden, GoldenError, GoldenPair};
+pub use limits::{LimitsError, OwnerLimits};
 
 use nav_core::controller::{Controller, ShapeError};
 use nav_core::manifest::{FileEntry, MANIFEST_FILE, Manifest, ManifestError};
@@ -19,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 use crate::load::{
     Arena, FileBytes, FileError, LoadError, LoadedNetwork, MAX_MODEL_BYTES, NetworkContract, Port,
-    load_network, read_file,
+    load_network, read_file_in,
 };
 
 /// The largest manifest or golden file that is read, bytes.
@@ -78,6 +81,31 @@ pub enum ModelError {
     /// The golden pairs.
     #[error(transparent)]
     Golden(#[from] GoldenError),
+    /// The manifest leaves out a field.
+    #[error(
+        "{} does not say `{field}`; nothing about a robot is taken for granted, export the model again",
+        path.display()
+    )]
+    Lacks {
+        /// The file.
+        path: PathBuf,
+        /// What it leaves out.
+        field: String,
+    },
+    /// The networks take too long on this machine.
+    #[error(
+        "the networks need {took_us:.0} us for an answer on this machine, {allowed_us:.0} us (a fifth of the control \
+         period) are allowed; train smaller ones, or use a faster machine"
+    )]
+    Slow {
+        /// Median time of an answer of all networks together, us.
+        took_us: f64,
+        /// What is allowed, us.
+        allowed_us: f64,
+    },
+    /// The robot's owner allows less than the model asks for.
+    #[error(transparent)]
+    Limits(#[from] LimitsError),
 }
 
 /// A checked model.
@@ -99,11 +127,16 @@ impl Model {
     pub fn read(folder: &Path) -> Result<Self, ModelError> {
         let manifest_path = folder.join(MANIFEST_FILE);
         if !manifest_path.exists() {
-            let reason =
-                if folder.is_dir() { "it holds no manifest.json" } else { "the folder does not exist" };
+            let reason = if folder.is_dir() {
+                "it holds no manifest.json"
+            } else if folder.exists() {
+                "it is a file, and a network alone does not say for which robot, lidar and layout it was trained"
+            } else {
+                "the folder does not exist"
+            };
             return Err(ModelError::Missing { folder: folder.to_path_buf(), reason: reason.to_owned() });
         }
-        let manifest: Manifest = parse_json(&manifest_path, &read_file(&manifest_path, MAX_JSON_BYTES)?)?;
+        let manifest = read_manifest(folder, &manifest_path)?;
         manifest.validate()?;
         let mut td3 = read_network(folder, &manifest.td3, &actor_contract())?;
         let mut dqn = match &manifest.dqn {
@@ -114,7 +147,19 @@ impl Model {
         let golden: Golden =
             parse_json(&golden_path, &read_hashed(folder, &manifest.golden, MAX_JSON_BYTES)?)?;
         let golden_difference = golden.check(&mut td3, dqn.as_mut())?;
+        let (took_us, allowed_us) = (answer_us(&mut td3, dqn.as_mut()), allowed_us(&manifest));
+        if took_us > allowed_us {
+            return Err(ModelError::Slow { took_us, allowed_us });
+        }
         Ok(Self { folder: folder.to_path_buf(), manifest, td3, dqn, golden, golden_difference })
+    }
+
+    /// Whether the robot's owner allows what the model asks for.
+    ///
+    /// # Errors
+    /// The first limit that it goes beyond.
+    pub fn respects(&self, limits: &OwnerLimits) -> Result<(), ModelError> {
+        Ok(limits.check(&self.manifest.task.robot)?)
     }
 
     /// Where it was read from.
@@ -185,7 +230,7 @@ pub fn scorer_contract() -> NetworkContract {
 
 fn read_hashed(folder: &Path, entry: &FileEntry, limit_bytes: u64) -> Result<FileBytes, ModelError> {
     let path = folder.join(entry.file.as_str());
-    let file = read_file(&path, limit_bytes)?;
+    let file = read_file_in(folder, &entry.file, limit_bytes)?;
     if file.sha256 == entry.sha256.as_str() {
         return Ok(file);
     }
@@ -200,6 +245,52 @@ fn read_network(
     let file = read_hashed(folder, entry, MAX_MODEL_BYTES as u64)?;
     load_network(&file.bytes, contract)
         .map_err(|source| ModelError::Network { path: folder.join(entry.file.as_str()), source })
+}
+
+/// The manifest, in which every field must be said: a default would be a guess about somebody's robot.
+fn read_manifest(folder: &Path, path: &Path) -> Result<Manifest, ModelError> {
+    let file = read_file_in(folder, MANIFEST_FILE, MAX_JSON_BYTES)?;
+    let manifest: Manifest = parse_json(path, &file)?;
+    let said: serde_json::Value = parse_json(path, &file)?;
+    let json =
+        |error: serde_json::Error| ModelError::Json { path: path.to_path_buf(), problem: error.to_string() };
+    let whole = serde_json::to_value(&manifest).map_err(json)?;
+    match left_out(&said, &whole, "") {
+        Some(field) => Err(ModelError::Lacks { path: path.to_path_buf(), field }),
+        None => Ok(manifest),
+    }
+}
+
+/// The first field of `whole` that `said` does not have.
+fn left_out(said: &serde_json::Value, whole: &serde_json::Value, path: &str) -> Option<String> {
+    let (serde_json::Value::Object(said), serde_json::Value::Object(whole)) = (said, whole) else {
+        return None;
+    };
+    whole.iter().find_map(|(name, value)| {
+        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        said.get(name).map_or_else(|| Some(path.clone()), |said| left_out(said, value, &path))
+    })
+}
+
+/// Median time of an answer of all networks together, us.
+fn answer_us(td3: &mut LoadedNetwork, dqn: Option<&mut LoadedNetwork>) -> f64 {
+    let median_us = |loaded: &mut LoadedNetwork| {
+        let network = loaded.network_mut();
+        let (input, mut output) = (vec![0.1; network.input_len()], vec![0.0; network.output_len()]);
+        let mut times: [u128; 9] = std::array::from_fn(|_| {
+            let begun = std::time::Instant::now();
+            network.run(&input, &mut output);
+            begun.elapsed().as_nanos()
+        });
+        times.sort_unstable();
+        times[4] as f64 / 1e3
+    };
+    median_us(td3) + dqn.map_or(0.0, median_us)
+}
+
+/// A fifth of the control period, us.
+fn allowed_us(manifest: &Manifest) -> f64 {
+    f64::from(manifest.task.control_period_s) * 1e6 / 5.0
 }
 
 fn parse_json<T: serde::de::DeserializeOwned>(path: &Path, file: &FileBytes) -> Result<T, ModelError> {

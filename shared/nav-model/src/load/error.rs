@@ -1,5 +1,6 @@
 //! Why a model was refused.
 
+use super::preflight::OPERATOR_SETS;
 use nav_core::network::NetworkError;
 
 /// Why [`load_network`](super::load_network) refused a model.
@@ -22,7 +23,7 @@ pub enum LoadError {
         problem: String,
     },
     /// The model uses a part of ONNX that no policy needs.
-    #[error("the model {problem}; export a plain inference graph with operator set 9 to 18")]
+    #[error("the model {problem}; export a plain inference graph with operator set {} to {}", OPERATOR_SETS.start(), OPERATOR_SETS.end())]
     Unsupported {
         /// What it uses.
         problem: String,
@@ -44,6 +45,23 @@ pub enum LoadError {
         node: String,
         /// What is wrong.
         problem: String,
+    },
+    /// Weights in another file.
+    #[error(
+        "the weights `{name}` are kept in another file, which is not read; export them inside the model \
+         (torch.onnx.export with external_data=False, or onnx.save without save_as_external_data)"
+    )]
+    External {
+        /// Name of the tensor.
+        name: String,
+    },
+    /// Weights of a type that no policy needs.
+    #[error("the weights `{name}` are of type {kind}; export the policy with 32-bit floats, not quantised")]
+    WeightType {
+        /// Name of the tensor.
+        name: String,
+        /// The type, as ONNX calls it.
+        kind: String,
     },
     /// A weight tensor is damaged or unreasonable.
     #[error(

@@ -26,8 +26,8 @@ pub enum FileError {
         /// What the system said.
         source: io::Error,
     },
-    /// The last part of the path is a symbolic link.
-    #[error("{} is a symbolic link; give the path of the file itself", path.display())]
+    /// The last part of the path is a symbolic link, out of its folder where it is a file of one.
+    #[error("{} is a symbolic link to elsewhere; put the file itself there", path.display())]
     Link {
         /// The file.
         path: PathBuf,
@@ -46,6 +46,26 @@ pub enum FileError {
         /// The most bytes that would have been read.
         limit_bytes: u64,
     },
+}
+
+/// Reads a file of a folder as [`read_file`] does; a link is followed where it stays within the folder, as in the volumes of
+/// container orchestrators.
+///
+/// # Errors
+/// As [`read_file`]; a link out of the folder is [`FileError::Link`].
+pub fn read_file_in(folder: &Path, name: &str, limit_bytes: u64) -> Result<FileBytes, FileError> {
+    let path = folder.join(name);
+    if !path.is_symlink() {
+        return read_file(&path, limit_bytes);
+    }
+    let real = |path: &Path| {
+        path.canonicalize().map_err(|source| FileError::Io { path: path.to_path_buf(), source })
+    };
+    let target = real(&path)?;
+    if !target.starts_with(real(folder)?) {
+        return Err(FileError::Link { path });
+    }
+    read_file(&target, limit_bytes)
 }
 
 /// Reads at most `limit_bytes` of the regular file at `path`, once, and hashes what was read.
@@ -96,6 +116,23 @@ mod tests {
         assert_eq!(file.bytes, b"abc");
         assert_eq!(file.sha256, sha256_hex(b"abc"));
         assert!(matches!(read_file(&path, 2), Err(FileError::TooLarge { limit_bytes: 2, .. })));
+    }
+
+    #[test]
+    fn links_within_the_folder_are_followed_and_others_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let outside = folder.path().join("secret");
+        std::fs::write(&outside, b"secret").unwrap();
+        // As a ConfigMap is mounted: td3.onnx -> ..data/td3.onnx, ..data -> ..2026.
+        let volume = folder.path().join("volume");
+        std::fs::create_dir_all(volume.join("..2026")).unwrap();
+        std::fs::write(volume.join("..2026/td3.onnx"), b"abc").unwrap();
+        std::os::unix::fs::symlink("..2026", volume.join("..data")).unwrap();
+        std::os::unix::fs::symlink("..data/td3.onnx", volume.join("td3.onnx")).unwrap();
+        assert_eq!(read_file_in(&volume, "td3.onnx", 10).unwrap().bytes, b"abc");
+        std::os::unix::fs::symlink(&outside, volume.join("stolen")).unwrap();
+        assert!(matches!(read_file_in(&volume, "stolen", 10), Err(FileError::Link { .. })));
+        assert!(matches!(read_file_in(&volume, "none", 10), Err(FileError::Io { .. })));
     }
 
     #[test]

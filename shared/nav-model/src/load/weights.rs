@@ -10,11 +10,16 @@ const MAX_ELEMENTS: usize = MAX_MODEL_BYTES / 4;
 /// The largest magnitude of a weight. Trained weights stay below ten, inverse deviations below a million.
 const MAX_MAGNITUDE: f32 = 1e6;
 
-/// Refuses a tensor that is not plainly a matrix of finite, bounded floats or of integers (shapes and axes).
-pub(super) fn check(name: &str, tensor: &pb::TensorProto) -> Result<(), LoadError> {
+/// Refuses a tensor that is not plainly a matrix of finite, bounded floats or of integers (shapes and axes); how many
+/// elements it has. Floats of other widths pass: a Cast may make plain ones of them, and what computes with them is refused
+/// by name when it is lowered.
+pub(super) fn check(name: &str, tensor: &pb::TensorProto) -> Result<usize, LoadError> {
     let external = tensor.data_location.is_some_and(|location| location != DataLocation::Default as i32);
-    if external || !tensor.external_data.is_empty() || tensor.segment.is_some() {
-        return Err(wrong(name, "lie outside the model file"));
+    if external || !tensor.external_data.is_empty() {
+        return Err(LoadError::External { name: name.to_owned() });
+    }
+    if tensor.segment.is_some() {
+        return Err(wrong(name, "come in segments"));
     }
     if tensor.dims.len() > MAX_RANK {
         return Err(wrong(name, format!("have {} dimensions", tensor.dims.len())));
@@ -25,29 +30,69 @@ pub(super) fn check(name: &str, tensor: &pb::TensorProto) -> Result<(), LoadErro
         .try_fold(1_usize, |product, &dim| product.checked_mul(usize::try_from(dim).ok()?))
         .filter(|elements| (1..=MAX_ELEMENTS).contains(elements))
         .ok_or_else(|| wrong(name, format!("have the impossible shape {:?}", tensor.dims)))?;
-    let is_float = tensor.data_type == DataType::Float as i32;
-    if !is_float && tensor.data_type != DataType::Int64 as i32 {
-        return Err(wrong(name, "are neither 32-bit floats nor 64-bit integers"));
-    }
-    let other_data = !tensor.int32_data.is_empty()
-        || !tensor.string_data.is_empty()
-        || !tensor.double_data.is_empty()
-        || !tensor.uint64_data.is_empty()
-        || (if is_float { !tensor.int64_data.is_empty() } else { !tensor.float_data.is_empty() });
-    let typed_len = if is_float { tensor.float_data.len() } else { tensor.int64_data.len() };
-    let element_bytes = if is_float { size_of::<f32>() } else { size_of::<i64>() };
-    let is_raw = tensor.raw_data.len() == elements * element_bytes && typed_len == 0;
-    let is_typed = tensor.raw_data.is_empty() && typed_len == elements;
-    if other_data || !(is_raw || is_typed) {
+    let data = Data::of(tensor)
+        .ok_or_else(|| LoadError::WeightType { name: name.to_owned(), kind: kind(tensor.data_type) })?;
+    let lengths = [
+        tensor.float_data.len(),
+        tensor.int32_data.len(),
+        tensor.int64_data.len(),
+        tensor.double_data.len(),
+        tensor.uint64_data.len(),
+        tensor.string_data.len(),
+    ];
+    let typed: usize = lengths.iter().sum();
+    let is_raw = tensor.raw_data.len() == elements * data.bytes && typed == 0;
+    let is_typed = tensor.raw_data.is_empty() && typed == elements && data.typed_len == elements;
+    if !(is_raw || is_typed) {
         return Err(wrong(name, format!("hold other data than their shape {:?} says", tensor.dims)));
     }
-    if is_float {
+    if tensor.data_type == DataType::Float as i32 {
         check_numbers(name, &tensor.float_data)?;
         let floats: Vec<f32> =
             tensor.raw_data.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
         check_numbers(name, &floats)?;
     }
-    Ok(())
+    if tensor.data_type == DataType::Double as i32 {
+        let raw = tensor.raw_data.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
+        let floats: Vec<f32> =
+            tensor.double_data.iter().copied().chain(raw).map(|number| number as f32).collect();
+        check_numbers(name, &floats)?;
+    }
+    Ok(elements)
+}
+
+/// How the elements of a type are stored.
+struct Data {
+    /// Of one element in raw data.
+    bytes: usize,
+    /// Elements in the field of the type.
+    typed_len: usize,
+}
+
+impl Data {
+    fn of(tensor: &pb::TensorProto) -> Option<Self> {
+        let kinds = [
+            (DataType::Float, 4, tensor.float_data.len()),
+            (DataType::Int64, 8, tensor.int64_data.len()),
+            (DataType::Int32, 4, tensor.int32_data.len()),
+            (DataType::Float16, 2, tensor.int32_data.len()),
+            (DataType::Bfloat16, 2, tensor.int32_data.len()),
+            (DataType::Double, 8, tensor.double_data.len()),
+        ];
+        let known = kinds.into_iter().find(|(kind, ..)| *kind as i32 == tensor.data_type);
+        known.map(|(_, bytes, typed_len)| Self { bytes, typed_len })
+    }
+}
+
+/// The type of weights that are neither plain floats nor indices.
+pub(super) fn odd_kind(tensor: &pb::TensorProto) -> Option<String> {
+    let is_plain = [DataType::Float, DataType::Int64].map(|kind| kind as i32).contains(&tensor.data_type);
+    (!is_plain).then(|| kind(tensor.data_type))
+}
+
+/// The name of a type that is not read.
+fn kind(number: i32) -> String {
+    DataType::try_from(number).map_or_else(|_| format!("type {number}"), |kind| format!("{kind:?}"))
 }
 
 /// Refuses NaN, infinity and absurd magnitudes.

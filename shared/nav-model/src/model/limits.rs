@@ -1,0 +1,178 @@
+//! What the robot's owner allows, whatever a model asks for.
+
+use nav_core::task::Robot;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// The largest file of limits that is read, bytes.
+const MAX_BYTES: u64 = 64 << 10;
+
+/// Limits of a robot, from a TOML file; what is left out is not limited.
+///
+/// ```toml
+/// [robot]
+/// radius_m = 0.2                      # of the real footprint: a policy trained for a smaller one is refused
+/// linear_max_mps = 0.5
+/// angular_max_radps = 1.0
+/// linear_acceleration_mps2 = 1.0
+/// angular_acceleration_radps2 = 2.0
+/// ```
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OwnerLimits {
+    robot: RobotLimits,
+    #[serde(skip)]
+    path: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct RobotLimits {
+    radius_m: Option<f32>,
+    linear_max_mps: Option<f32>,
+    angular_max_radps: Option<f32>,
+    linear_acceleration_mps2: Option<f32>,
+    angular_acceleration_radps2: Option<f32>,
+}
+
+/// Why a model may not drive this robot.
+#[derive(Debug, thiserror::Error)]
+pub enum LimitsError {
+    /// The file of limits cannot be read.
+    #[error("the limits in {} cannot be read: {problem}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        problem: String,
+    },
+    /// The model asks for more.
+    #[error(
+        "the model asks for {field} = {asked}, {} allows {allowed} at most: train for this robot, or change the limit",
+        path.display()
+    )]
+    Beyond {
+        /// Which limit.
+        field: &'static str,
+        /// Of the model.
+        asked: f32,
+        /// Of the owner.
+        allowed: f32,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The model was trained for a smaller robot.
+    #[error(
+        "the model was trained for a robot of radius_m = {trained}, {} says {real}: it would drive into what it \
+         believes to pass",
+        path.display()
+    )]
+    Larger {
+        /// Of the model, m.
+        trained: f32,
+        /// Of the owner, m.
+        real: f32,
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+impl OwnerLimits {
+    /// Reads a file of limits.
+    ///
+    /// # Errors
+    /// A file that cannot be read, unknown fields, or numbers that are not positive.
+    pub fn read(path: &Path) -> Result<Self, LimitsError> {
+        let unreadable = |problem| LimitsError::Unreadable { path: path.to_path_buf(), problem };
+        let file = crate::load::read_file(path, MAX_BYTES).map_err(|error| unreadable(error.to_string()))?;
+        let text = String::from_utf8(file.bytes).map_err(|error| unreadable(error.to_string()))?;
+        let limits: Self = toml::from_str(&text).map_err(|error| unreadable(error.message().to_owned()))?;
+        let given: Vec<_> =
+            limits.robot.fields().into_iter().filter_map(|(name, value)| Some((name, value?))).collect();
+        if given.is_empty() {
+            return Err(unreadable("it limits nothing".to_owned()));
+        }
+        if let Some((name, value)) = given.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
+            return Err(unreadable(format!("robot.{name} is {value}, it must be a positive number")));
+        }
+        Ok(Self { path: path.to_path_buf(), ..limits })
+    }
+
+    /// Whether a robot as the model sees it stays within.
+    ///
+    /// # Errors
+    /// The first limit that it goes beyond.
+    pub(super) fn check(&self, asked: &Robot) -> Result<(), LimitsError> {
+        if let Some(real) = self.robot.radius_m.filter(|real| asked.radius_m < *real) {
+            return Err(LimitsError::Larger { trained: asked.radius_m, real, path: self.path.clone() });
+        }
+        let of_model = [
+            asked.linear_max_mps,
+            asked.angular_max_radps,
+            asked.linear_acceleration_mps2,
+            asked.angular_acceleration_radps2,
+        ];
+        for ((field, allowed), asked) in self.robot.fields().into_iter().skip(1).zip(of_model) {
+            if let Some(allowed) = allowed.filter(|allowed| asked > *allowed) {
+                return Err(LimitsError::Beyond { field, asked, allowed, path: self.path.clone() });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl RobotLimits {
+    /// Names and values, the radius first.
+    fn fields(&self) -> [(&'static str, Option<f32>); 5] {
+        [
+            ("radius_m", self.radius_m),
+            ("linear_max_mps", self.linear_max_mps),
+            ("angular_max_radps", self.angular_max_radps),
+            ("linear_acceleration_mps2", self.linear_acceleration_mps2),
+            ("angular_acceleration_radps2", self.angular_acceleration_radps2),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<OwnerLimits, LimitsError> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("robot.toml");
+        std::fs::write(&path, text).expect("written");
+        OwnerLimits::read(&path)
+    }
+
+    #[test]
+    fn a_model_that_asks_for_more_is_refused_with_both_numbers() {
+        let robot = Robot::default();
+        let check = |text: &str| read(text).expect("fine limits").check(&robot);
+        assert!(check("[robot]\nlinear_max_mps = 1.0\nradius_m = 0.2").is_ok(), "exactly what is allowed");
+        for (text, parts) in [
+            ("[robot]\nlinear_max_mps = 0.5", ["linear_max_mps = 1", "allows 0.5"]),
+            ("[robot]\nangular_max_radps = 0.5", ["angular_max_radps = 1", "allows 0.5"]),
+            ("[robot]\nlinear_acceleration_mps2 = 1.5", ["linear_acceleration_mps2 = 2", "allows 1.5"]),
+            ("[robot]\nangular_acceleration_radps2 = 1", ["angular_acceleration_radps2 = 4", "allows 1"]),
+            ("[robot]\nradius_m = 0.3", ["radius_m = 0.2", "says 0.3"]),
+        ] {
+            let error = check(text).expect_err(text).to_string();
+            assert!(parts.iter().all(|part| error.contains(part)), "{parts:?} in {error}");
+        }
+    }
+
+    #[test]
+    fn limits_that_are_none_are_refused() {
+        for (text, part) in [
+            ("[robot]", "limits nothing"),
+            ("[robot]\nlinear_max_mps = -1", "positive"),
+            ("[robot]\nlinear_max_mps = nan", "positive"),
+            ("[robot]\nspeed = 1", "unknown field"),
+            ("robot", "cannot be read"),
+        ] {
+            let error = read(text).expect_err(text).to_string();
+            assert!(error.contains(part), "{part} in {error}");
+        }
+    }
+}
