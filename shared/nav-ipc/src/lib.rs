@@ -42,9 +42,13 @@
 
 pub mod message;
 pub mod config;
+mod user;
+mod root;
+mod leftovers;
 pub mod service;
 mod slab;
 pub mod node;
+mod topic;
 pub mod ports;
 pub mod error;
 pub mod clock;

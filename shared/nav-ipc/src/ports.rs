@@ -17,6 +17,14 @@ use std::time::Duration;
 /// Messages taken in one read at most, so that a flood cannot hold the reader.
 const DRAIN_MAX: usize = 16;
 
+/// More than one writer is an error, whoever they are.
+fn one_writer(topic: Topic, writers: usize) -> Result<(), IpcError> {
+    if writers > 1 {
+        return Err(IpcError::SeveralWriters { topic: topic.name, writers, writer: topic.writer });
+    }
+    Ok(())
+}
+
 /// The one writer of a topic.
 #[derive(Debug)]
 pub struct Writer<T: Message> {
@@ -49,8 +57,10 @@ impl<T: Message> Writer<T> {
     /// Connects to readers that joined and forgets those that left. **Allocates** when there are any.
     ///
     /// # Errors
-    /// [`IpcError::Send`]: shared memory is broken or exhausted.
+    /// [`IpcError::SeveralWriters`]: somebody else writes this topic, too. [`IpcError::Send`]: shared memory is broken or
+    /// exhausted.
     pub fn refresh(&self) -> Result<(), IpcError> {
+        one_writer(T::TOPIC, self.service.dynamic_config().number_of_publishers())?;
         self.notifier.for_each_listener(|_, _| CallbackProgression::Stop);
         self.publisher
             .update_connections()
@@ -81,8 +91,10 @@ impl<T: Message> Reader<T> {
     /// Copies the newest message into `message`, if one arrived since the last call. Never blocks.
     ///
     /// # Errors
-    /// [`IpcError::Receive`]: shared memory is broken; `message` may or may not be new.
+    /// [`IpcError::SeveralWriters`]: it could be anybody's. [`IpcError::Receive`]: shared memory is broken; `message` may
+    /// or may not be new.
     pub fn read_latest(&self, message: &mut T) -> Result<bool, IpcError> {
+        one_writer(T::TOPIC, self.writer_count())?;
         let mut newest = None;
         for _ in 0..DRAIN_MAX {
             match self.subscriber.receive() {
@@ -100,8 +112,10 @@ impl<T: Message> Reader<T> {
     /// Connects to a writer that joined and forgets one that left. **Allocates** when there is one.
     ///
     /// # Errors
-    /// [`IpcError::Receive`]: shared memory is broken or exhausted.
+    /// [`IpcError::SeveralWriters`]: what is read could be anybody's. [`IpcError::Receive`]: shared memory is broken or
+    /// exhausted.
     pub fn refresh(&self) -> Result<(), IpcError> {
+        one_writer(T::TOPIC, self.writer_count())?;
         self.subscriber.update_connections().map_err(|_| Self::broken())
     }
 
@@ -175,5 +189,38 @@ impl Wakeup {
 
     fn failed(&self, reason: &'static str) -> IpcError {
         IpcError::Wait { topic: self.topic.name, reason }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{IpcConfig, RobotName};
+    use crate::node::RobotNode;
+    use iceoryx2::prelude::ServiceName;
+    use nav_core::messages::Goal;
+
+    /// What [`RobotNode`] never opens: a topic with two writers.
+    #[test]
+    fn two_writers_are_an_error_while_running() {
+        let folder = tempfile::tempdir().expect("a scratch folder");
+        let config = IpcConfig::in_folder(folder.path()).expect("a short path");
+        let node = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config).expect("a node");
+        let name = ServiceName::new("hybridnav/r/goal").expect("a service name");
+        let builder = node.node.service_builder(&name).publish_subscribe::<Wire<Goal>>();
+        let service = builder.max_publishers(2).open_or_create().expect("a service");
+        let reader = Reader::<Goal>::new(service.subscriber_builder().create().expect("a reader"), service);
+        let publisher = || reader.service.publisher_builder().create().expect("a publisher");
+        let _one = publisher();
+        assert_eq!(reader.refresh(), Ok(()));
+        let two = publisher();
+        let error = reader.refresh().expect_err("two writers");
+        assert!(matches!(error, IpcError::SeveralWriters { topic: "goal", writers: 2, .. }), "{error}");
+        let mut goal = Goal::default();
+        assert_eq!(reader.read_latest(&mut goal), Err(error), "nor is anything read");
+        drop(two);
+        assert_eq!(reader.refresh(), Ok(()));
+        drop((_one, reader, node));
+        config.remove_all();
     }
 }
