@@ -12,7 +12,8 @@ const PAGE: &str = include_str!("../../../docs/topics.md");
 /// The rows of the first table after a text, a cell each, without the back quotes.
 fn table(after: &str) -> Vec<Vec<String>> {
     let (_, rest) = PAGE.split_once(after).unwrap_or_else(|| panic!("`{after}` is not on the page"));
-    let lines = rest.lines().skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|'));
+    let lines =
+        rest.lines().skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|'));
     let cells = |line: &str| {
         let cells = line.trim_matches('|').split('|');
         cells.map(|cell| cell.trim().replace(['`', '*'], "")).collect::<Vec<_>>()
@@ -30,8 +31,10 @@ fn fields(topic: &str) -> Vec<(usize, String, String)> {
 /// Field by field, with what the type of each says about its size: nothing may be left out, nothing overlaps.
 fn assert_layout<T: Message>(expected: &[(&str, &str, usize)]) {
     let found = fields(T::TOPIC.name);
-    let expected: Vec<_> =
-        expected.iter().map(|(kind, name, offset)| (*offset, (*kind).to_owned(), (*name).to_owned())).collect();
+    let expected: Vec<_> = expected
+        .iter()
+        .map(|(kind, name, offset)| (*offset, (*kind).to_owned(), (*name).to_owned()))
+        .collect();
     assert_eq!(found, expected, "{}", T::TOPIC.name);
     let mut end = 0;
     for (offset, kind, name) in found {
@@ -112,7 +115,8 @@ fn settings_are_those_that_we_create_services_with() {
     let services = std::fs::read_dir(folder.path().join("services")).expect("services").flatten();
     let texts: Vec<_> = services.map(|file| std::fs::read(file.path()).expect("readable")).collect();
     let texts: Vec<_> = texts.iter().map(|bytes| String::from_utf8_lossy(bytes).replace('-', "_")).collect();
-    let service = texts.iter().find(|text| text.contains("max_publishers")).expect("the description of the service");
+    let service =
+        texts.iter().find(|text| text.contains("max_publishers")).expect("the description of the service");
     for row in table("Settings, to be given") {
         let line = format!("{} = {}", row[0], row[1]);
         assert!(service.contains(&line), "`{line}` is not in {service}");
@@ -134,7 +138,8 @@ fn prefixes_follow_from_paths() {
 
 #[test]
 fn states_faults_and_limits_are_the_codes() {
-    let states: Vec<_> = RunState::ALL.map(|state| vec![(state as u32).to_string(), state.name().to_owned()]).into();
+    let states: Vec<_> =
+        RunState::ALL.map(|state| vec![(state as u32).to_string(), state.name().to_owned()]).into();
     assert_eq!(table("### States"), states);
     let faults = table("### Faults");
     for (bit, name) in fault::NAMES.iter().enumerate() {
