@@ -52,8 +52,7 @@ impl Default for IpcConfig {
     /// The world of this user: `/tmp/hybridnav-<user id>`. Not iceoryx2's own `/tmp/iceoryx2`, which whoever comes first
     /// owns, and not a folder that comes and goes with a login.
     fn default() -> Self {
-        let root = PathBuf::from(format!("/tmp/hybridnav-{}", crate::user::id()));
-        Self { prefix: prefix_of(&root), root }
+        Self::of_user(crate::user::id())
     }
 }
 
@@ -65,6 +64,12 @@ fn prefix_of(root: &StdPath) -> String {
 }
 
 impl IpcConfig {
+    /// The world of a user.
+    pub(crate) fn of_user(user: u32) -> Self {
+        let root = PathBuf::from(format!("/tmp/hybridnav-{user}"));
+        Self { prefix: prefix_of(&root), root }
+    }
+
     /// A world of its own under `root` (an absolute path, created when missing), for tests and for several
     /// systems on one machine. The prefix of shared-memory names is derived from the path.
     ///

@@ -65,6 +65,17 @@ pub enum IpcError {
         /// Whose it is.
         owner: String,
     },
+    /// No room for what a program shares, or for a reader that joined.
+    #[error(
+        "shared memory is full: {need_kib} KiB are needed under /dev/shm, {free_kib} are free; remove what is not needed \
+         there or make it larger (`mount -o remount,size=256M /dev/shm`, for a container `--shm-size=256m`)"
+    )]
+    SharedMemoryFull {
+        /// What is needed, KiB.
+        need_kib: u64,
+        /// What there is, KiB.
+        free_kib: u64,
+    },
     /// Another program's start does not come to an end.
     #[error(
         "process {holder} has been starting in {} for a long time: end it and start this program again",

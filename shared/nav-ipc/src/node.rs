@@ -7,8 +7,12 @@ use crate::message::Message;
 use crate::ports::{Reader, Wakeup, Writer};
 use crate::root::Root;
 use crate::service::SlabService;
+use crate::space::{self, Room};
 use iceoryx2::port::publisher::PublisherCreateError;
 use iceoryx2::prelude::{LogLevel, Node, NodeBuilder, SignalHandlingMode, set_log_level};
+
+/// Readers of a topic, in all processes.
+pub(crate) const READERS_MAX: u64 = 8;
 
 /// What iceoryx2 calls a node: it owns the ports of one process and is missed when the process dies.
 #[derive(Debug)]
@@ -28,13 +32,14 @@ impl RobotNode {
     /// # Errors
     /// [`IpcError::Node`] when the shared files cannot be made, [`IpcError::ForeignRoot`], [`IpcError::SharedRoot`] and
     /// [`IpcError::ForeignFile`] when they are not ours alone, [`IpcError::Starting`] and [`IpcError::HalfMade`] when
-    /// another process does not get on.
+    /// another process does not get on, [`IpcError::SharedMemoryFull`].
     pub fn open(robot: &RobotName, config: &IpcConfig) -> Result<Self, IpcError> {
         set_log_level(LogLevel::Fatal);
         let root = Root::claim(&config.root())?;
         let _starting = root.start()?;
         // Before iceoryx2 sees any of it: it waits for what is half made.
         leftovers::remove_half_made(config)?;
+        space::require(space::NODE)?;
         leftovers::secure_counter(config)?;
         let node = NodeBuilder::new()
             .config(&config.iceoryx2()?)
@@ -53,9 +58,11 @@ impl RobotNode {
     ///
     /// # Errors
     /// [`IpcError::SecondWriter`] when another process writes it, [`IpcError::SeveralWritersAllowed`] when others could,
-    /// [`IpcError::DeadWriter`], [`IpcError::TypeMismatch`], [`IpcError::Broken`] and [`IpcError::Open`].
+    /// [`IpcError::DeadWriter`], [`IpcError::TypeMismatch`], [`IpcError::Broken`], [`IpcError::SharedMemoryFull`] and
+    /// [`IpcError::Open`].
     pub fn writer<T: Message>(&self) -> Result<Writer<T>, IpcError> {
         let _starting = self.root.start()?;
+        space::require(space::writer(size_of::<T>()))?;
         let service = self.message_service::<T>()?;
         self.expect_no_writer(&service)?;
         let publisher = match service.publisher_builder().create() {
@@ -70,30 +77,33 @@ impl RobotNode {
         };
         let event = self.event_service::<T>()?;
         let notifier = event.notifier_builder().create().map_err(|error| self.open_error::<T>(&error))?;
-        Ok(Writer::new(publisher, notifier, service))
+        Ok(Writer::new(publisher, notifier, service, Room::take(&self.config, READERS_MAX)?))
     }
 
     /// A reader of a topic; up to eight of them in all processes.
     ///
     /// # Errors
     /// [`IpcError::SeveralWritersAllowed`] when more than one process could write it, [`IpcError::TypeMismatch`],
-    /// [`IpcError::Broken`] and [`IpcError::Open`].
+    /// [`IpcError::Broken`], [`IpcError::SharedMemoryFull`] and [`IpcError::Open`].
     pub fn reader<T: Message>(&self) -> Result<Reader<T>, IpcError> {
         let _starting = self.root.start()?;
+        space::require(space::READER)?;
         let service = self.message_service::<T>()?;
         let subscriber =
             service.subscriber_builder().create().map_err(|error| self.open_error::<T>(&error))?;
-        Ok(Reader::new(subscriber, service))
+        Ok(Reader::new(subscriber, service, Room::take(&self.config, 1)?))
     }
 
     /// Wakes this thread when a topic is written.
     ///
     /// # Errors
-    /// [`IpcError::Broken`] and [`IpcError::Open`].
+    /// [`IpcError::Broken`], [`IpcError::SharedMemoryFull`] and [`IpcError::Open`].
     pub fn wakeup<T: Message>(&self) -> Result<Wakeup, IpcError> {
         let _starting = self.root.start()?;
+        space::require(space::READER)?;
         let event = self.event_service::<T>()?;
         let listener = event.listener_builder().create().map_err(|error| self.open_error::<T>(&error))?;
+        space::take(&self.config)?;
         Ok(Wakeup::new(listener, T::TOPIC))
     }
 
