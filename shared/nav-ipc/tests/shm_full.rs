@@ -7,7 +7,7 @@ use nav_core::messages::{CmdVel, Goal, LaserScan, Odometry, Status};
 use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode, Writer};
 use std::path::Path;
 use std::process::{Command, Output};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const CASE: &str = "NAV_IPC_SHM_CASE";
 const ROOT: &str = "NAV_IPC_SHM_ROOT";
@@ -101,18 +101,23 @@ fn send(scan_out: &Writer<LaserScan>, count: u64) -> String {
     format!("{count} scans sent")
 }
 
-/// Writes into full memory while readers of another language join.
+/// Writes into full memory while other programs read and join.
 fn join() {
     let node = node().expect("a node");
     let scan_out = node.writer::<LaserScan>().expect("the writer");
     let _reader = node.reader::<LaserScan>().expect("a reader");
     println!("{}", send(&scan_out, 10));
-    assert!(fill());
-    for _ in 0..4 {
+    // The first one joins while there is room, the others when there is none.
+    for readers in 0..4 {
         let stock = Command::new(std::env::current_exe().expect("this test"))
             .args(["--exact", "child"])
             .env(CASE, "stock")
             .spawn();
+        let began = Instant::now();
+        while readers == 0 && scan_out.reader_count() < 2 && began.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert!(readers > 0 || fill());
         println!("{}", send(&scan_out, 200));
         // It may have died of the full memory: it is not ours.
         let _ = stock.expect("a stock reader").wait();
@@ -126,8 +131,15 @@ fn stock() {
     let name = ServiceName::new("hybridnav/r/scan").expect("a name");
     let service = node.service_builder(&name).publish_subscribe::<TheirScan>().open().expect("the service");
     let subscriber = service.subscriber_builder().create().expect("a reader");
+    // Held as long as it may, so that the writer must take others.
+    let mut held = std::collections::VecDeque::new();
     for _ in 0..100 {
-        while subscriber.receive().expect("received").is_some() {}
+        while let Some(sample) = subscriber.receive().expect("received") {
+            held.push_back(sample);
+            if held.len() > 1 {
+                held.pop_front();
+            }
+        }
         std::thread::sleep(Duration::from_millis(2));
     }
 }
