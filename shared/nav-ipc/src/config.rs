@@ -103,6 +103,11 @@ impl IpcConfig {
         &self.prefix
     }
 
+    /// The command that removes the shared files of this world, for people.
+    pub(crate) fn removal(&self) -> String {
+        format!("rm -rf {} {}/{}*", self.root.display(), leftovers::SHARED_MEMORY, self.prefix)
+    }
+
     /// Removes the shared files of this world, those of killed processes included: for tests and benches, after all its
     /// processes have ended.
     pub fn remove_all(&self) {

@@ -100,23 +100,18 @@ pub enum IpcError {
     },
     /// A killed process left a topic that cannot be removed.
     #[error(
-        "topic `{topic}` of robot `{robot}` is broken and in use ({reason}; {holders}): end all programs of this robot, \
-         run `rm -rf {} /dev/shm/{prefix}*`, and start them again",
-        root.display()
+        "topic `{topic}` of robot `{robot}` is broken and cannot be made again ({reason}): end all programs of this robot, \
+         run `{command}`, and start them again"
     )]
     Broken {
         /// The robot.
         robot: RobotName,
         /// The topic.
         topic: &'static str,
-        /// iceoryx2's own word for it.
+        /// iceoryx2's own word for it, and which processes use it.
         reason: String,
-        /// Which processes use it.
-        holders: String,
-        /// The root folder in use.
-        root: PathBuf,
-        /// What the names of shared memory begin with.
-        prefix: String,
+        /// What removes it.
+        command: String,
     },
     /// The topic was made by a program that lets several programs write it.
     #[error(
@@ -148,8 +143,7 @@ pub enum IpcError {
     /// A dead process is still entered as writer of the topic.
     #[error(
         "the writer of `{topic}` of robot `{robot}` was left by process {process}, which is dead, and cannot be removed: \
-         run `rm -rf {} /dev/shm/{prefix}*` as the user it ran as",
-        root.display()
+         run `{command}` as the user it ran as"
     )]
     DeadWriter {
         /// The robot.
@@ -158,10 +152,8 @@ pub enum IpcError {
         topic: &'static str,
         /// The number of the process.
         process: i32,
-        /// The root folder in use.
-        root: PathBuf,
-        /// What the names of shared memory begin with.
-        prefix: String,
+        /// What removes it.
+        command: String,
     },
     /// Another process writes the topic already.
     #[error(

@@ -88,7 +88,7 @@ impl RobotNode {
                 return Err(IpcError::Open { robot: self.robot.clone(), topic: T::TOPIC.name, reason });
             }
             removals += 1;
-            self.remove_broken::<T>(&name, pattern, reason)?;
+            self.remove_broken::<T>(&name, pattern, &reason)?;
         }
     }
 
@@ -97,25 +97,25 @@ impl RobotNode {
         &self,
         name: &ServiceName,
         pattern: MessagingPattern,
-        reason: String,
+        reason: &str,
     ) -> Result<(), IpcError> {
         let config = self.config.iceoryx2()?;
         let details = SlabService::details(name, &config, pattern).ok().flatten();
         let nodes = details.and_then(|details| details.dynamic_details).map(|details| details.nodes);
         let holders: Vec<_> = nodes.iter().flatten().filter_map(|node| self.other(node)).collect();
-        // SAFETY: no living process has it open, and while we hold the folder's lock none of ours can open it.
-        if holders.is_empty()
-            && unsafe { SlabService::__internal_force_remove_service(name, &config, pattern) }.is_ok()
-        {
+        let remove = || {
+            // SAFETY: no living process has it open, and while we hold the folder's lock none of ours can open it.
+            unsafe { SlabService::__internal_force_remove_service(name, &config, pattern) }
+        };
+        if holders.is_empty() && remove().is_ok() {
             return Ok(());
         }
+        let holders = if holders.is_empty() { "nobody".to_owned() } else { holders.join("; ") };
         Err(IpcError::Broken {
             robot: self.robot.clone(),
             topic: T::TOPIC.name,
-            reason,
-            holders: if holders.is_empty() { "nobody".to_owned() } else { holders.join(", ") },
-            root: self.config.root(),
-            prefix: self.config.prefix().to_owned(),
+            reason: format!("{reason}; open in: {holders}"),
+            command: self.config.removal(),
         })
     }
 
@@ -170,8 +170,7 @@ impl RobotNode {
                 robot: self.robot.clone(),
                 topic: T::TOPIC.name,
                 process,
-                root: self.config.root(),
-                prefix: self.config.prefix().to_owned(),
+                command: self.config.removal(),
             });
         }
         Err(IpcError::SecondWriter {

@@ -157,7 +157,7 @@ fn the_shipped_geometry_is_the_default_one() {
     let lidar = Task::default().lidar;
     let near = |angle_rad: f32, expected: f32| assert!((angle_rad - expected).abs() < 1e-5, "{angle_rad}");
     assert_eq!(lidar.beam_count, 72);
-    near(lidar.beam_angle_rad(0), -3.14159);
+    near(lidar.beam_angle_rad(0), -std::f32::consts::PI);
     near(lidar.beam_angle_rad(1) - lidar.beam_angle_rad(0), 0.087_266_5);
     near(lidar.beam_angle_rad(36), 0.0);
     near(lidar.beam_angle_rad(54), std::f32::consts::FRAC_PI_2);
