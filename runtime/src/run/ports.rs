@@ -2,6 +2,8 @@
 
 use nav_core::messages::{CmdVel, Goal, LaserScan, Odometry, Status};
 use nav_core::tick::Inputs;
+use nav_host::terminal::note;
+use nav_ipc::others::programs_of_other_users;
 use nav_ipc::{IpcConfig, IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
 use std::time::Duration;
 
@@ -22,12 +24,16 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Opens all topics. The command topic first: a second runtime is refused before it could disturb anything.
+    /// Opens all topics. The command topic first: a second runtime is refused before it could disturb anything. Says so when
+    /// other users have topics open that this one cannot see.
     ///
     /// # Errors
     /// See [`RobotNode`].
     pub fn open(robot: &RobotName, config: &IpcConfig) -> Result<Self, IpcError> {
         let node = RobotNode::open(robot, config)?;
+        if let Some(word) = programs_of_other_users(config) {
+            note(word);
+        }
         let command_out = node.writer()?;
         Ok(Self {
             command_out,
@@ -47,7 +53,7 @@ impl Ports {
     /// Connects to peers that joined and forgets those that left. Allocates when there are any.
     ///
     /// # Errors
-    /// [`IpcError`]: shared memory is broken or exhausted.
+    /// [`IpcError`]: shared memory is broken or exhausted, or a topic has more than one writer.
     pub fn refresh(&self) -> Result<(), IpcError> {
         self.scan_in.refresh()?;
         self.odom_in.refresh()?;

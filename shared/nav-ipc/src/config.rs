@@ -1,6 +1,7 @@
 //! Where the shared files of a robot live, and what a robot may be called.
 
 use crate::error::IpcError;
+use crate::leftovers;
 use iceoryx2::prelude::{Config, FileName, Path, SemanticString};
 use std::path::{Path as StdPath, PathBuf};
 
@@ -39,13 +40,36 @@ impl std::fmt::Display for RobotName {
 }
 
 /// Where iceoryx2 keeps its files. Processes see each other only if theirs is the same.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IpcConfig {
-    /// Root folder and file prefix; `None` stands for iceoryx2's own defaults, which stock peers use.
-    isolated: Option<(PathBuf, String)>,
+    /// The root folder.
+    root: PathBuf,
+    /// What the names of shared memory begin with.
+    prefix: String,
+}
+
+impl Default for IpcConfig {
+    /// The world of this user: `/tmp/hybridnav-<user id>`. Not iceoryx2's own `/tmp/iceoryx2`, which whoever comes first
+    /// owns, and not a folder that comes and goes with a login.
+    fn default() -> Self {
+        Self::of_user(crate::user::id())
+    }
+}
+
+/// What the names of shared memory begin with in a world: `nav`, the path as FNV-1a of 32 bits in hexadecimal, `_`.
+fn prefix_of(root: &StdPath) -> String {
+    let bytes = root.as_os_str().as_encoded_bytes();
+    let hash = bytes.iter().fold(0x811c_9dc5_u32, |h, b| (h ^ u32::from(*b)).wrapping_mul(0x0100_0193));
+    format!("nav{hash:08x}_")
 }
 
 impl IpcConfig {
+    /// The world of a user.
+    pub(crate) fn of_user(user: u32) -> Self {
+        let root = PathBuf::from(format!("/tmp/hybridnav-{user}"));
+        Self { prefix: prefix_of(&root), root }
+    }
+
     /// A world of its own under `root` (an absolute path, created when missing), for tests and for several
     /// systems on one machine. The prefix of shared-memory names is derived from the path.
     ///
@@ -54,17 +78,14 @@ impl IpcConfig {
     pub fn in_folder(root: &StdPath) -> Result<Self, IpcError> {
         // However it is spelled: `/x/`, `/x/.` and `/x` are one folder.
         let root: PathBuf = root.components().collect();
-        let bytes = root.as_os_str().as_encoded_bytes();
-        // FNV-1a, 32 bits: spreads names apart, no more.
-        let hash = bytes.iter().fold(0x811c_9dc5_u32, |h, b| (h ^ u32::from(*b)).wrapping_mul(0x0100_0193));
-        let prefix = format!("nav{hash:08x}_");
-        if !root.is_absolute() || bytes.len() + prefix.len() > ROOT_MAX_LEN {
+        let prefix = prefix_of(&root);
+        if !root.is_absolute() || root.as_os_str().len() + prefix.len() > ROOT_MAX_LEN {
             return Err(IpcError::Root { root, root_max_len: ROOT_MAX_LEN - prefix.len() });
         }
-        Ok(Self { isolated: Some((root, prefix)) })
+        Ok(Self { root, prefix })
     }
 
-    /// [`Self::in_folder`] for an optional command-line value; iceoryx2's defaults without one.
+    /// [`Self::in_folder`] for an optional command-line value; the user's world ([`Self::default`]) without one.
     ///
     /// # Errors
     /// As [`Self::in_folder`].
@@ -74,22 +95,26 @@ impl IpcConfig {
 
     /// The root folder, for messages to people.
     pub fn root(&self) -> PathBuf {
-        match &self.isolated {
-            Some((root, _)) => root.clone(),
-            None => PathBuf::from(Config::default().global.root_path().to_string()),
-        }
+        self.root.clone()
     }
 
-    /// Removes the shared files of a world of its own, those of killed processes included: for tests and benches,
-    /// after all its processes have ended. Leaves iceoryx2's own defaults alone.
+    /// What the names of shared memory begin with.
+    pub fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// The command that removes the shared files of this world, for people.
+    pub(crate) fn removal(&self) -> String {
+        format!("rm -rf {} {}/{}*", self.root.display(), leftovers::SHARED_MEMORY, self.prefix)
+    }
+
+    /// Removes the shared files of this world, those of killed processes included: for tests and benches, after all its
+    /// processes have ended.
     pub fn remove_all(&self) {
-        let Some((root, prefix)) = &self.isolated else { return };
         // What is gone already, or belongs to somebody else, needs no removal.
-        let _ = std::fs::remove_dir_all(root);
-        for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
-            if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
-                let _ = std::fs::remove_file(entry.path());
-            }
+        let _ = std::fs::remove_dir_all(&self.root);
+        for path in leftovers::shared_files(self) {
+            let _ = std::fs::remove_file(path);
         }
     }
 
@@ -98,12 +123,10 @@ impl IpcConfig {
         let mut config = Config::default();
         // Leftovers are removed when a node or service opens, never by a loop that happens to end.
         config.global.node.cleanup_dead_nodes_on_destruction = false;
-        if let Some((root, prefix)) = &self.isolated {
-            let refused = || IpcError::Root { root: root.clone(), root_max_len: ROOT_MAX_LEN - prefix.len() };
-            let path = Path::new(root.as_os_str().as_encoded_bytes()).map_err(|_| refused())?;
-            config.global.set_root_path(&path);
-            config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| refused())?;
-        }
+        let refused = || IpcError::Root { root: self.root(), root_max_len: ROOT_MAX_LEN - self.prefix.len() };
+        let path = Path::new(self.root.as_os_str().as_encoded_bytes()).map_err(|_| refused())?;
+        config.global.set_root_path(&path);
+        config.global.prefix = FileName::new(self.prefix.as_bytes()).map_err(|_| refused())?;
         Ok(config)
     }
 }
@@ -133,7 +156,7 @@ mod tests {
     fn folders_are_apart_and_short_enough() {
         let one = IpcConfig::in_folder(StdPath::new("/run/one")).expect("a fine folder");
         let two = IpcConfig::in_folder(StdPath::new("/run/two")).expect("a fine folder");
-        assert_ne!(one.isolated.map(|(_, prefix)| prefix), two.isolated.map(|(_, prefix)| prefix));
+        assert_ne!(one.prefix(), two.prefix());
         assert!(IpcConfig::in_folder(StdPath::new("relative")).is_err());
         assert!(IpcConfig::in_folder(StdPath::new(&format!("/{}", "x".repeat(80)))).is_err());
     }

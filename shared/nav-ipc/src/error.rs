@@ -31,6 +31,130 @@ pub enum IpcError {
         /// iceoryx2's own word for it.
         reason: String,
     },
+    /// The root folder is another user's.
+    #[error(
+        "the folder {} belongs to user {owner}, and this program runs as user {us}: run all programs of a robot as the \
+         same user, or choose another folder with --ipc-root",
+        root.display()
+    )]
+    ForeignRoot {
+        /// The root folder in use.
+        root: PathBuf,
+        /// Whose it is.
+        owner: String,
+        /// Who we are.
+        us: String,
+    },
+    /// Others could put files into the root folder, or choose where it leads.
+    #[error(
+        "the folder {} is a link, or others may write to it: run `chmod go-w` on it or choose another one with --ipc-root",
+        root.display()
+    )]
+    SharedRoot {
+        /// The root folder in use.
+        root: PathBuf,
+    },
+    /// Another user has put a file where ours would go.
+    #[error(
+        "{} belongs to user {owner} and is in the way: have it removed, or choose another folder with --ipc-root",
+        path.display()
+    )]
+    ForeignFile {
+        /// The file.
+        path: PathBuf,
+        /// Whose it is.
+        owner: String,
+    },
+    /// No room for what a program shares, or for a reader that joined.
+    #[error(
+        "shared memory is full: {need_kib} KiB are needed under /dev/shm, {free_kib} are free; remove what is not needed \
+         there or make it larger (`mount -o remount,size=256M /dev/shm`, for a container `--shm-size=256m`)"
+    )]
+    SharedMemoryFull {
+        /// What is needed, KiB.
+        need_kib: u64,
+        /// What there is, KiB.
+        free_kib: u64,
+    },
+    /// Another program's start does not come to an end.
+    #[error(
+        "process {holder} has been starting in {} for a long time: end it and start this program again",
+        root.display()
+    )]
+    Starting {
+        /// The root folder in use.
+        root: PathBuf,
+        /// The number of the process.
+        holder: String,
+    },
+    /// A file is half made, and may not or cannot be removed.
+    #[error(
+        "{} is half made (open in: {holder}): end that program, run `rm -f {}`, and start this one again",
+        path.display(), path.display()
+    )]
+    HalfMade {
+        /// The file.
+        path: PathBuf,
+        /// The process that has it open.
+        holder: String,
+    },
+    /// A killed process left a topic that cannot be removed.
+    #[error(
+        "topic `{topic}` of robot `{robot}` is broken and cannot be made again ({reason}): end all programs of this robot, \
+         run `{command}`, and start them again"
+    )]
+    Broken {
+        /// The robot.
+        robot: RobotName,
+        /// The topic.
+        topic: &'static str,
+        /// iceoryx2's own word for it, and which processes use it.
+        reason: String,
+        /// What removes it.
+        command: String,
+    },
+    /// The topic was made by a program that lets several programs write it.
+    #[error(
+        "topic `{topic}` of robot `{robot}` was opened first by a program that lets {writers_max} programs write it \
+         (open in: {holders}): give its service `max_publishers(1)` and restart it, or start it after this program"
+    )]
+    SeveralWritersAllowed {
+        /// The robot.
+        robot: RobotName,
+        /// The topic.
+        topic: &'static str,
+        /// How many could.
+        writers_max: usize,
+        /// Which processes use it.
+        holders: String,
+    },
+    /// Several programs write the topic.
+    #[error(
+        "{writers} programs write `{topic}`, and nobody can tell which to believe: stop all of them but the {writer}"
+    )]
+    SeveralWriters {
+        /// The topic.
+        topic: &'static str,
+        /// How many there are.
+        writers: usize,
+        /// Which program writes this topic.
+        writer: &'static str,
+    },
+    /// A dead process is still entered as writer of the topic.
+    #[error(
+        "the writer of `{topic}` of robot `{robot}` was left by process {process}, which is dead, and cannot be removed: \
+         run `{command}` as the user it ran as"
+    )]
+    DeadWriter {
+        /// The robot.
+        robot: RobotName,
+        /// The topic.
+        topic: &'static str,
+        /// The number of the process.
+        process: i32,
+        /// What removes it.
+        command: String,
+    },
     /// Another process writes the topic already.
     #[error(
         "robot `{robot}` already has a writer of `{topic}` ({holder}): stop that {writer} or choose another --robot name"

@@ -26,7 +26,10 @@
 //! # What is promised
 //! - **Any start order.** Services are opened or created; a reader sees what is written after it connected.
 //! - **The newest message wins.** A reader keeps at most two messages and hands out the last one.
-//! - **One writer a topic.** A second one is refused with the process id of the first.
+//! - **One writer a topic**, whoever came first. A second one is refused with the process id of the first, a topic that
+//!   somebody else opened for several with the ids of those who have it open.
+//! - **A killed start blocks nobody.** What it left is removed by the next one, or named with the command that does.
+//! - **Full shared memory is a sentence**, not SIGBUS: room is taken at the start, and some is kept for who joins.
 //! - **No allocation after start-up** in [`Writer::write`], [`Reader::read_latest`] and [`Wakeup::wait`], proved by
 //!   a counting allocator. A peer that *joins or leaves* does cost allocations, in the next call: a loop that
 //!   must not allocate calls `refresh` on its ports first, and counts that apart.
@@ -36,15 +39,21 @@
 //! # What is not promised
 //! - **A dead peer is not signalled.** Watch the age of what it writes.
 //! - **Leftovers of killed processes** go when the next node is opened, never while running.
-//! - **Trust.** Shared memory is readable and writable by the same user only (mode 0600): the user id is the
-//!   trust domain. A hostile process of the same user can send wrong numbers, or crash a peer that reads
+//! - **Trust.** The folder and the shared memory are readable and writable by the same user only (modes 0700 and 0600): the
+//!   user id is the trust domain. A hostile process of the same user can send wrong numbers, or crash a peer that reads
 //!   its memory. The stop must therefore also be guarded on the driver's side.
 
 pub mod message;
 pub mod config;
+mod user;
+mod root;
+pub mod others;
+mod leftovers;
+mod space;
 pub mod service;
 mod slab;
 pub mod node;
+mod topic;
 pub mod ports;
 pub mod error;
 pub mod clock;

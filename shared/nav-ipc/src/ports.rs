@@ -4,6 +4,7 @@ use crate::clock;
 use crate::error::IpcError;
 use crate::message::{Message, Wire};
 use crate::service::SlabService;
+use crate::space::Room;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
@@ -17,12 +18,21 @@ use std::time::Duration;
 /// Messages taken in one read at most, so that a flood cannot hold the reader.
 const DRAIN_MAX: usize = 16;
 
+/// More than one writer is an error, whoever they are.
+fn one_writer(topic: Topic, writers: usize) -> Result<(), IpcError> {
+    if writers > 1 {
+        return Err(IpcError::SeveralWriters { topic: topic.name, writers, writer: topic.writer });
+    }
+    Ok(())
+}
+
 /// The one writer of a topic.
 #[derive(Debug)]
 pub struct Writer<T: Message> {
     publisher: Publisher<SlabService, Wire<T>, ()>,
     notifier: Notifier<SlabService>,
     service: publish_subscribe::PortFactory<SlabService, Wire<T>, ()>,
+    room: Room,
 }
 
 impl<T: Message> Writer<T> {
@@ -30,15 +40,18 @@ impl<T: Message> Writer<T> {
         publisher: Publisher<SlabService, Wire<T>, ()>,
         notifier: Notifier<SlabService>,
         service: publish_subscribe::PortFactory<SlabService, Wire<T>, ()>,
+        room: Room,
     ) -> Self {
-        Self { publisher, notifier, service }
+        Self { publisher, notifier, service, room }
     }
 
     /// Hands `message` to every reader and wakes those who wait. Never blocks.
     ///
     /// # Errors
-    /// [`IpcError::Send`]: shared memory is broken or exhausted.
+    /// [`IpcError::SharedMemoryFull`]: a reader joined and there is no room for it. [`IpcError::Send`]: shared memory is
+    /// broken or exhausted.
     pub fn write(&self, message: &T) -> Result<(), IpcError> {
+        self.room.expect(self.reader_count())?;
         let failed = |reason| IpcError::Send { topic: T::TOPIC.name, reason };
         let sample = self.publisher.loan_uninit().map_err(|_| failed("no memory to loan"))?;
         sample.write_payload(Wire(*message)).send().map_err(|_| failed("a connection is broken"))?;
@@ -49,12 +62,18 @@ impl<T: Message> Writer<T> {
     /// Connects to readers that joined and forgets those that left. **Allocates** when there are any.
     ///
     /// # Errors
-    /// [`IpcError::Send`]: shared memory is broken or exhausted.
+    /// [`IpcError::SeveralWriters`]: somebody else writes this topic, too. [`IpcError::SharedMemoryFull`]: a reader joined
+    /// and there is no room for it. [`IpcError::Send`]: shared memory is broken or
+    /// exhausted.
     pub fn refresh(&self) -> Result<(), IpcError> {
+        one_writer(T::TOPIC, self.service.dynamic_config().number_of_publishers())?;
+        self.room.expect(self.reader_count())?;
         self.notifier.for_each_listener(|_, _| CallbackProgression::Stop);
         self.publisher
             .update_connections()
-            .map_err(|_| IpcError::Send { topic: T::TOPIC.name, reason: "a reader cannot be connected" })
+            .map_err(|_| IpcError::Send { topic: T::TOPIC.name, reason: "a reader cannot be connected" })?;
+        self.room.settle();
+        Ok(())
     }
 
     /// How many readers the topic has, the dead included until their leftovers are removed.
@@ -68,21 +87,26 @@ impl<T: Message> Writer<T> {
 pub struct Reader<T: Message> {
     subscriber: Subscriber<SlabService, Wire<T>, ()>,
     service: publish_subscribe::PortFactory<SlabService, Wire<T>, ()>,
+    room: Room,
 }
 
 impl<T: Message> Reader<T> {
     pub(crate) fn new(
         subscriber: Subscriber<SlabService, Wire<T>, ()>,
         service: publish_subscribe::PortFactory<SlabService, Wire<T>, ()>,
+        room: Room,
     ) -> Self {
-        Self { subscriber, service }
+        Self { subscriber, service, room }
     }
 
     /// Copies the newest message into `message`, if one arrived since the last call. Never blocks.
     ///
     /// # Errors
-    /// [`IpcError::Receive`]: shared memory is broken; `message` may or may not be new.
+    /// [`IpcError::SeveralWriters`]: it could be anybody's. [`IpcError::Receive`]: shared memory is broken; `message` may
+    /// or may not be new.
     pub fn read_latest(&self, message: &mut T) -> Result<bool, IpcError> {
+        one_writer(T::TOPIC, self.writer_count())?;
+        self.room.expect(self.writer_count())?;
         let mut newest = None;
         for _ in 0..DRAIN_MAX {
             match self.subscriber.receive() {
@@ -100,9 +124,14 @@ impl<T: Message> Reader<T> {
     /// Connects to a writer that joined and forgets one that left. **Allocates** when there is one.
     ///
     /// # Errors
-    /// [`IpcError::Receive`]: shared memory is broken or exhausted.
+    /// [`IpcError::SeveralWriters`]: what is read could be anybody's. [`IpcError::Receive`]: shared memory is broken or
+    /// exhausted.
     pub fn refresh(&self) -> Result<(), IpcError> {
-        self.subscriber.update_connections().map_err(|_| Self::broken())
+        one_writer(T::TOPIC, self.writer_count())?;
+        self.room.expect(self.writer_count())?;
+        self.subscriber.update_connections().map_err(|_| Self::broken())?;
+        self.room.settle();
+        Ok(())
     }
 
     /// How many writers the topic has: 0 or 1, a dead one included until its leftovers are removed.
@@ -175,5 +204,40 @@ impl Wakeup {
 
     fn failed(&self, reason: &'static str) -> IpcError {
         IpcError::Wait { topic: self.topic.name, reason }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{IpcConfig, RobotName};
+    use crate::node::RobotNode;
+    use iceoryx2::prelude::ServiceName;
+    use nav_core::messages::Goal;
+
+    /// What [`RobotNode`] never opens: a topic with two writers.
+    #[test]
+    fn two_writers_are_an_error_while_running() {
+        let folder = tempfile::tempdir().expect("a scratch folder");
+        let config = IpcConfig::in_folder(folder.path()).expect("a short path");
+        let node = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config).expect("a node");
+        let name = ServiceName::new("hybridnav/r/goal").expect("a service name");
+        let builder = node.node.service_builder(&name).publish_subscribe::<Wire<Goal>>();
+        let service = builder.max_publishers(2).open_or_create().expect("a service");
+        let room = Room::take(&config, 2).expect("room");
+        let subscriber = service.subscriber_builder().create().expect("a reader");
+        let reader = Reader::<Goal>::new(subscriber, service, room);
+        let publisher = || reader.service.publisher_builder().create().expect("a publisher");
+        let _one = publisher();
+        assert_eq!(reader.refresh(), Ok(()));
+        let two = publisher();
+        let error = reader.refresh().expect_err("two writers");
+        assert!(matches!(error, IpcError::SeveralWriters { topic: "goal", writers: 2, .. }), "{error}");
+        let mut goal = Goal::default();
+        assert_eq!(reader.read_latest(&mut goal), Err(error), "nor is anything read");
+        drop(two);
+        assert_eq!(reader.refresh(), Ok(()));
+        drop((_one, reader, node));
+        config.remove_all();
     }
 }

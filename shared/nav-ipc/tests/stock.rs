@@ -2,7 +2,7 @@
 
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ZeroCopySend, ipc};
 use nav_core::messages::{CmdVel, Header};
-use nav_ipc::{IpcConfig, RobotName, RobotNode};
+use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode};
 use std::time::Duration;
 
 /// A command as another program declares it: the same bytes under the same name.
@@ -54,6 +54,7 @@ fn our_writer_reaches_a_stock_reader_that_came_first() {
     let service = their_node
         .service_builder(&service_name())
         .publish_subscribe::<TheirCommand>()
+        .max_publishers(1)
         .open_or_create()
         .expect("their service");
     let subscriber = service.subscriber_builder().create().expect("their reader");
@@ -109,6 +110,46 @@ fn a_stock_writer_reaches_our_reader_that_came_first() {
     assert!(reader.read_latest(&mut command).expect("received"));
     assert_eq!(command.header.seq, 5, "the newest of five");
     assert!(node.writer::<CmdVel>().is_err(), "a stock writer counts as the one writer");
+}
+
+/// iceoryx2's default is two writers: a reader that was started first would open the topic to anybody.
+#[test]
+fn a_topic_that_others_could_write_too_is_refused_with_who_opened_it() {
+    let stage = stage();
+    let config = stage.config.iceoryx2().expect("a configuration");
+    let their_node = NodeBuilder::new().config(&config).create::<ipc::Service>().expect("a node");
+    let service = their_node
+        .service_builder(&service_name())
+        .publish_subscribe::<TheirCommand>()
+        .open_or_create()
+        .expect("their service");
+    let _subscriber = service.subscriber_builder().create().expect("their reader");
+
+    let node = RobotNode::open(&stage.robot, &stage.config).expect("our node");
+    let process = format!("process {}", std::process::id());
+    for error in [
+        node.writer::<CmdVel>().map(drop).expect_err("a writer"),
+        node.reader::<CmdVel>().map(drop).expect_err("a reader"),
+    ] {
+        assert!(matches!(error, IpcError::SeveralWritersAllowed { writers_max: 2, .. }), "{error}");
+        let error = error.to_string();
+        assert!(error.contains(&process) && error.contains("max_publishers(1)"), "{error}");
+    }
+    drop((service, _subscriber, their_node));
+    assert!(node.writer::<CmdVel>().is_ok(), "once they are gone it is ours");
+}
+
+#[test]
+fn nobody_can_be_a_second_writer_of_a_topic_that_we_opened() {
+    let stage = stage();
+    let node = RobotNode::open(&stage.robot, &stage.config).expect("our node");
+    let _writer = node.writer::<CmdVel>().expect("our writer");
+    let config = stage.config.iceoryx2().expect("a configuration");
+    let their_node = NodeBuilder::new().config(&config).create::<ipc::Service>().expect("a node");
+    let builder = || their_node.service_builder(&service_name()).publish_subscribe::<TheirCommand>();
+    let service = builder().open_or_create().expect("our service, opened");
+    assert!(service.publisher_builder().create().is_err(), "the place is taken");
+    assert!(builder().max_publishers(2).open_or_create().is_err(), "nor can there be more places");
 }
 
 #[test]
