@@ -221,7 +221,8 @@ mod tests {
     fn up_is_up_and_left_is_left() {
         let bounds = Bounds { min: Point::new(0.0, 0.0), max: Point::new(14.0, 14.0) };
         let canvas = Canvas::over(&bounds, (80, 60));
-        let cell = |x, y| canvas.locate(Point::new(x, y)).map(|(cell, _)| (cell / COLUMNS_MAX, cell % COLUMNS_MAX));
+        let cell =
+            |x, y| canvas.locate(Point::new(x, y)).map(|(cell, _)| (cell / COLUMNS_MAX, cell % COLUMNS_MAX));
         assert_eq!(cell(0.01, 13.99), Some((0, 0)));
         assert_eq!(cell(13.99, 0.01), Some((canvas.rows - 1, COLUMNS_MAX - 1)));
         assert_eq!(cell(-0.1, 1.0), None);

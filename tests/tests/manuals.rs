@@ -21,7 +21,8 @@ fn options(name: &str, subcommands: &[&str]) -> BTreeSet<String> {
     let helps: Vec<_> = helps.chain([printed(name, &["--help"])]).collect();
     let named = |line: &str| {
         let (_, rest) = line.trim_start().strip_prefix('-').map(|_| line)?.split_once("--")?;
-        let option: String = rest.chars().take_while(|letter| letter.is_ascii_lowercase() || *letter == '-').collect();
+        let option: String =
+            rest.chars().take_while(|letter| letter.is_ascii_lowercase() || *letter == '-').collect();
         Some(option)
     };
     helps.iter().flat_map(|help| help.lines().filter_map(named)).collect()

@@ -1,4 +1,4 @@
-//! Maps as other people's tools write them, under `tests/cases/`, through the simulator itself. Each once stopped it, or
+//! Maps and worlds as other people's tools write them, under `tests/cases/`, through the simulator itself. Each once stopped it, or
 //! was read as something else than `map_server` reads.
 
 mod support;
@@ -49,7 +49,8 @@ fn unknown_that_a_threshold_frees_is_warned_about() {
 
 #[test]
 fn transparent_pixels_are_unknown() {
-    simulate("map-06-alpha", "2.7,0,0", "0.5,0.5").refused(&["the start at (2.70, 0.00)", "the map knows nothing"]);
+    simulate("map-06-alpha", "2.7,0,0", "0.5,0.5")
+        .refused(&["the start at (2.70, 0.00)", "the map knows nothing"]);
     accepted(&simulate("map-06-alpha", "0,0,0", "0.5,0.5"));
 }
 
@@ -80,4 +81,28 @@ fn a_way_that_is_closed_is_told_once() {
     let ended = simulate("map-13-double-message", "1,1,0", "3,1");
     ended.refused(&["no path of a robot with a radius of 0.2 m"]);
     assert_eq!(ended.stderr.matches("no path").count(), 1, "{}", ended.stderr);
+}
+
+#[test]
+fn a_door_in_a_large_world_is_wide_enough() {
+    let world = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/world-large-door/world.toml");
+    let ended = run("simulator", &Stage::new(), &["--world-file", world, "--wait", "0.2"]);
+    accepted(&ended);
+}
+
+#[test]
+fn a_map_of_a_survey_can_be_shifted_to_where_robots_drive() {
+    let stage = Stage::new();
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/map-11-utm");
+    let yaml = std::fs::read_to_string(format!("{case}/map.yaml")).expect("the case");
+    std::fs::copy(format!("{case}/map.pgm"), stage.path("map.pgm")).expect("copied");
+    let map = stage.path("map.yaml");
+    // What the refusal says to do: one offset off origin, start and goal.
+    std::fs::write(&map, yaml.replace("388095.0, 3948994.0", "-1.0, -2.0")).expect("written");
+    let map = map.to_str().expect("a plain path");
+    accepted(&run(
+        "simulator",
+        &stage,
+        &["--map", map, "--start", "0,-1,0", "--goal", "0.5,0.5", "--wait", "0.2"],
+    ));
 }

@@ -43,23 +43,36 @@ fn listens(id: u32) -> bool {
     mask >> (libc::SIGTERM - 1) & 1 == 1
 }
 
-fn signal(child: &Child, signal: i32) {
-    let process = i32::try_from(child.id()).expect("a process id");
+/// A process that does not outlive the test.
+struct Kept(Child);
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        // It may have ended long ago.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn spawn(mut command: Command) -> Kept {
+    Kept(command.spawn().expect("it starts"))
+}
+
+fn signal(child: &Kept, signal: i32) {
+    let process = i32::try_from(child.0.id()).expect("a process id");
     // SAFETY: the process is our own child and was not waited for.
     assert_eq!(unsafe { libc::kill(process, signal) }, 0, "it runs");
 }
 
-/// The exit code, which comes soon; else the child is killed.
-fn code_soon(mut child: Child) -> Option<i32> {
+/// The exit code, if it comes soon.
+fn code_soon(mut child: Kept) -> Option<i32> {
     let asked = Instant::now();
     while asked.elapsed() < Duration::from_secs(20) {
-        if let Some(status) = child.try_wait().expect("our own child") {
+        if let Some(status) = child.0.try_wait().expect("our own child") {
             return status.code();
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    child.kill().expect("it runs");
-    child.wait().expect("reaped");
     None
 }
 
@@ -70,8 +83,12 @@ fn a_signal_ends_a_program_whose_words_nobody_takes() {
         let (_reader, writer) = full_pipe();
         let mut command = program(name, &stage, &[]);
         command.stdin(Stdio::null()).stdout(writer.try_clone().expect("a copy")).stderr(writer);
-        let child = command.spawn().expect("it starts");
-        wait_until("it listens", || listens(child.id()));
+        let child = spawn(command);
+        let started = Instant::now();
+        while !listens(child.0.id()) {
+            assert!(started.elapsed() < Duration::from_secs(20), "{name} does not come as far as listening");
+            std::thread::sleep(Duration::from_millis(5));
+        }
         std::thread::sleep(Duration::from_millis(1200));
         signal(&child, libc::SIGTERM);
         assert_eq!(code_soon(child), Some(128 + libc::SIGTERM), "{name}");
@@ -85,12 +102,18 @@ fn a_drive_goes_on_while_nobody_takes_its_words() {
     let reports = BOTH.map(|name| stage.path(&format!("{name}.json")));
     let start = |mut command: Command| {
         let (out, err) = (writer.try_clone().expect("a copy"), writer.try_clone().expect("a copy"));
-        command.stdin(Stdio::null()).stdout(out).stderr(err).spawn().expect("it starts")
+        command.stdin(Stdio::null()).stdout(out).stderr(err);
+        spawn(command)
     };
     let drive = ["--episodes", "2", "--pace", "lockstep", "--report", text(&reports[1])];
     let simulator = start(program("simulator", &stage, &drive));
-    let runtime = start(program("runtime", &stage, &["run", "--pace", "scan", "--report", text(&reports[0])]));
-    wait_until("both reports", || reports.iter().all(|report| report.exists()));
+    let runtime =
+        start(program("runtime", &stage, &["run", "--pace", "scan", "--report", text(&reports[0])]));
+    let started = Instant::now();
+    while !reports.iter().all(|report| report.exists()) {
+        assert!(started.elapsed() < Duration::from_secs(20), "nothing is driven, or nothing reported");
+        std::thread::sleep(Duration::from_millis(5));
+    }
     for child in [simulator, runtime] {
         signal(&child, libc::SIGTERM);
         assert_eq!(code_soon(child), Some(0), "all was done before the signal");
@@ -129,7 +152,13 @@ fn lost_terminal() -> File {
     let none = std::ptr::null_mut();
     // SAFETY: room for both ends; no name, settings or size are asked for.
     let status = unsafe {
-        libc::openpty(&raw mut master, &raw mut slave, none, none.cast::<libc::termios>(), none.cast::<libc::winsize>())
+        libc::openpty(
+            &raw mut master,
+            &raw mut slave,
+            none,
+            none.cast::<libc::termios>(),
+            none.cast::<libc::winsize>(),
+        )
     };
     assert_eq!(status, 0, "{}", std::io::Error::last_os_error());
     // SAFETY: both are new and nobody else's.
@@ -146,11 +175,14 @@ fn a_drive_outlives_its_terminal_as_far_as_its_report() {
     let start = |mut command: Command| {
         let terminal = lost_terminal();
         let copy = || terminal.try_clone().expect("a copy");
-        command.stdin(copy()).stdout(copy()).stderr(copy()).spawn().expect("it starts")
+        command.stdin(copy()).stdout(copy()).stderr(copy());
+        spawn(command)
     };
-    let drive = ["--episodes", "100000", "--pace", "lockstep", "--view", "terminal", "--report", text(&reports[1])];
+    let drive =
+        ["--episodes", "100000", "--pace", "lockstep", "--view", "terminal", "--report", text(&reports[1])];
     let simulator = start(program("simulator", &stage, &drive));
-    let runtime = start(program("runtime", &stage, &["run", "--pace", "scan", "--report", text(&reports[0])]));
+    let runtime =
+        start(program("runtime", &stage, &["run", "--pace", "scan", "--report", text(&reports[0])]));
     let mut newest = CmdVel::default();
     wait_until("commands", || command_in.read_latest(&mut newest).expect("received"));
     // As the system does it: everybody at once.
@@ -184,7 +216,8 @@ fn a_worlds_name_cannot_command_the_terminal() {
     let hostile = "name = \"\\u001b]0;owned\\u0007\\u001b[2J\\nforged\"";
     fs::write(&world, office.replace(name, hostile)).expect("written");
     let drive = |view: &str| {
-        let arguments = ["--world-file", text(&world), "--pace", "lockstep", "--time-limit", "2", "--view", view];
+        let arguments =
+            ["--world-file", text(&world), "--pace", "lockstep", "--time-limit", "2", "--view", view];
         let simulator = Running::start("simulator", &stage, &arguments);
         run("runtime", &stage, &["run", "--pace", "scan", "--quiet"]).succeeded();
         simulator.end().succeeded().stdout
@@ -204,7 +237,8 @@ fn an_error_about_a_file_cannot_command_the_terminal() {
     let map = stage.path("map.yaml");
     let on_map = ["--map", text(&map), "--start", "0,0,0", "--goal", "1,1"];
     fs::write(&world, format!("name = \"{HOSTILE}\"\n")).expect("written");
-    fs::write(&map, format!("image: \"\\e]0;owned\\a{HOSTILE}\"\nresolution: \"{HOSTILE}\"\n")).expect("written");
+    fs::write(&map, format!("image: \"\\e]0;owned\\a{HOSTILE}\"\nresolution: \"{HOSTILE}\"\n"))
+        .expect("written");
     for arguments in [&["--world-file", text(&world)][..], &on_map] {
         let ended = run("simulator", &stage, arguments);
         assert_eq!(ended.status.code(), Some(1), "{}", ended.stderr);

@@ -12,7 +12,12 @@ const FEW_WORLDS: &str = "worlds_per_family = 4\n[low]\nenvs = 4\n";
 
 fn trainer(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trainer"));
-    command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     command
 }
 
@@ -20,7 +25,12 @@ fn trainer(folder: &Path, arguments: &[&str]) -> Command {
 fn redirected(folder: &Path, arguments: &[&str], outputs: &str) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("exec \"$0\" \"$@\" {outputs}"), env!("CARGO_BIN_EXE_trainer")]);
-    command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     command
 }
 
@@ -105,8 +115,19 @@ fn a_training_is_saved_when_nobody_takes_its_words() {
 
 #[test]
 fn an_evaluation_is_written_whatever_its_words_are_worth() {
-    let evaluate =
-        ["evaluate", "--policy", "reactive", "--families", "clutter", "--worlds", "2", "--pictures", "0", "--out", "ev"];
+    let evaluate = [
+        "evaluate",
+        "--policy",
+        "reactive",
+        "--families",
+        "clutter",
+        "--worlds",
+        "2",
+        "--pictures",
+        "0",
+        "--out",
+        "ev",
+    ];
     let kept = |folder: &Path, what: &str| {
         for file in ["table.txt", "summary.json", "episodes.csv"] {
             let length = std::fs::metadata(folder.join("ev").join(file)).map_or(0, |metadata| metadata.len());
@@ -119,7 +140,10 @@ fn an_evaluation_is_written_whatever_its_words_are_worth() {
         if outputs.contains('|') {
             let line = format!("(\"$0\" \"$@\" {outputs}) ; sleep 0.1");
             command = Command::new("sh");
-            command.current_dir(folder.path()).args(["-c", &line, env!("CARGO_BIN_EXE_trainer")]).args(evaluate);
+            command
+                .current_dir(folder.path())
+                .args(["-c", &line, env!("CARGO_BIN_EXE_trainer")])
+                .args(evaluate);
         }
         assert_eq!(command.status().expect("it starts").code(), Some(0), "{outputs}");
         kept(folder.path(), outputs);
@@ -144,7 +168,17 @@ fn an_evaluation_is_written_whatever_its_words_are_worth() {
 fn the_manual_page_and_the_completions_know_every_subcommand() {
     let folder = tempfile::tempdir().expect("a folder");
     for (what, parts) in [
-        ("man", ["TRAINER TRAIN", "TRAINER EXPORT", "TRAINER EVALUATE", "\\-\\-config", "\\-\\-resume", "\\-\\-worlds"]),
+        (
+            "man",
+            [
+                "TRAINER TRAIN",
+                "TRAINER EXPORT",
+                "TRAINER EVALUATE",
+                "\\-\\-config",
+                "\\-\\-resume",
+                "\\-\\-worlds",
+            ],
+        ),
         ("bash", ["complete -F", "--resume", "--worlds", "--run", "--out", "evaluate"]),
         ("zsh", ["#compdef trainer", "--resume", "--worlds", "--run", "--out", "evaluate"]),
         ("fish", ["complete -c trainer", "resume", "worlds", "run", "out", "evaluate"]),

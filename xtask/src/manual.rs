@@ -10,8 +10,12 @@ use crate::programs;
 use crate::shell::{run_quiet, say};
 
 /// What each program prints, and where it goes: a folder, and what stands before and after the program's name.
-const PARTS: [(&str, &str, &str, &str); 4] =
-    [("man", "man1", "", ".1"), ("bash", "bash", "", ""), ("zsh", "zsh", "_", ""), ("fish", "fish", "", ".fish")];
+const PARTS: [(&str, &str, &str, &str); 4] = [
+    ("man", "man1", "", ".1"),
+    ("bash", "bash", "", ""),
+    ("zsh", "zsh", "_", ""),
+    ("fish", "fish", "", ".fish"),
+];
 
 /// Builds the programs and writes all of it into a folder.
 ///

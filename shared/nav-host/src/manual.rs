@@ -74,7 +74,8 @@ mod tests {
     use clap::Arg;
 
     fn command() -> Command {
-        let drive = Command::new("drive").about("Drives").arg(Arg::new("speed").long("speed").help("How fast"));
+        let drive =
+            Command::new("drive").about("Drives").arg(Arg::new("speed").long("speed").help("How fast"));
         Command::new("robot")
             .about("A robot")
             .arg(Arg::new("name").long("name").help("What it is called"))
@@ -85,7 +86,9 @@ mod tests {
     #[test]
     fn the_page_has_every_option_that_help_shows() {
         let page = text(command(), "man").expect("a page");
-        for part in [".TH robot 1", "\\-\\-name", ".SH \"ROBOT DRIVE\"", "\\-\\-speed", "How fast", "Examples"] {
+        for part in
+            [".TH robot 1", "\\-\\-name", ".SH \"ROBOT DRIVE\"", "\\-\\-speed", "How fast", "Examples"]
+        {
             assert!(page.contains(part), "{part} is missing in {page}");
         }
         assert!(!page.contains("trick"), "{page}");

@@ -15,7 +15,7 @@ pub use escape::{escaped, one_line};
 pub use size::size;
 
 use std::fmt::Display;
-use stream::{OUT, ERR};
+use stream::{ERR, OUT};
 
 /// Prints a line of results (or more of them), to stdout.
 pub fn say(line: impl Display) {

@@ -189,7 +189,8 @@ mod tests {
         for made in 1..=2 {
             EventFile::create(folder.path(), 500).expect("a file");
             let entries = std::fs::read_dir(folder.path()).expect("the folder");
-            let names = entries.map(|entry| entry.expect("readable").file_name().into_string().expect("text"));
+            let names =
+                entries.map(|entry| entry.expect("readable").file_name().into_string().expect("text"));
             let newest = names.filter(|name| name.contains(".trainer.")).max().expect("some");
             let expected = format!("events.out.tfevents.{}.trainer.", 4_102_444_800_u64 + made);
             assert!(newest.starts_with(&expected), "{newest}");

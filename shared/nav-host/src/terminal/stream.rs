@@ -93,7 +93,8 @@ impl Stream {
             if asked.is_none() && stop::is_asked() {
                 asked = Some(now);
             }
-            let is_over = |since: Option<Instant>, patience| since.is_some_and(|since| now - since > patience);
+            let is_over =
+                |since: Option<Instant>, patience| since.is_some_and(|since| now - since > patience);
             if is_over(asked, PATIENCE_ASKED) || is_over(state.writing_since, PATIENCE) {
                 return;
             }
@@ -133,7 +134,9 @@ impl Stream {
             state.writing_since = None;
             if state.lost > 0 && state.waiting.is_empty() {
                 let lost = std::mem::take(&mut state.lost);
-                state.waiting.push_back(format!("({lost} lines are missing here: nobody read them in time)\n"));
+                state
+                    .waiting
+                    .push_back(format!("({lost} lines are missing here: nobody read them in time)\n"));
             }
             self.changed.notify_all();
         }
