@@ -248,13 +248,13 @@ mod tests {
         }
     }
 
-    /// A large world with a way along its lower side, in which a wall has a door of 0.8 m.
-    fn with_door(side_m: f32) -> World {
+    /// A large world with a way along its lower side, in which a wall has a door.
+    fn with_door(side_m: f32, door_m: f32) -> World {
         let x = 0.5 * side_m;
         let walls = vec![
             wall(0.0, 16.0, side_m, 16.0),
-            wall(x, 0.0, x, 7.6),
-            wall(x, 8.4, x, 16.0),
+            wall(x, 0.0, x, 8.0 - 0.5 * door_m),
+            wall(x, 8.0 + 0.5 * door_m, x, 16.0),
             wall(x - 20.0, 0.0, x - 20.0, 16.0),
             wall(x + 20.0, 0.0, x + 20.0, 16.0),
         ];
@@ -263,7 +263,7 @@ mod tests {
 
     #[test]
     fn a_door_of_a_large_world_is_found() {
-        let field = GeodesicField::new(&with_door(410.0), 0.2);
+        let field = GeodesicField::new(&with_door(410.0, 0.8), 0.2);
         assert_eq!(field.surely_seen_m(), None);
         let found_m = field.distance_m(Point::new(202.0, 8.0)).expect("the door is wide enough");
         assert!((found_m - 6.0).abs() < 0.2, "{found_m}");
@@ -271,9 +271,9 @@ mod tests {
 
     #[test]
     fn a_world_that_is_too_large_for_its_doors_says_so() {
-        let field = GeodesicField::new(&with_door(5000.0), 0.2);
-        assert_eq!(field.distance_m(Point::new(2497.0, 8.0)), None);
-        assert!(field.surely_seen_m().is_some_and(|width_m| width_m > 0.8), "{:?}", field.surely_seen_m());
+        let field = GeodesicField::new(&with_door(1700.0, 0.56), 0.2);
+        assert_eq!(field.distance_m(Point::new(847.0, 8.0)), None);
+        assert!(field.surely_seen_m().is_some_and(|width_m| width_m > 0.56), "{:?}", field.surely_seen_m());
     }
 
     #[test]
