@@ -3,7 +3,7 @@
 mod cli;
 
 use anyhow::Result;
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use cli::{BenchArguments, CheckArguments, Cli, Command, ModelArguments, PeerArguments, RunArguments};
 use nav_host::exit::Exit;
 use nav_host::terminal::{note, say};
@@ -18,6 +18,9 @@ use runtime::run::plan::End;
 static ALLOCATOR: CheckedAllocator = CheckedAllocator;
 
 fn main() -> Exit {
+    if let Some(exit) = nav_host::manual::printed(Cli::command()) {
+        return exit;
+    }
     let cli = Cli::parse();
     let result = match cli.command {
         None => run(cli.run),

@@ -3,10 +3,9 @@
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use nav_core::geometry::{Point, Pose};
-use nav_host::terminal::note;
+use nav_host::terminal::{note, say};
 use nav_sim::cylinders::{Surroundings, read};
 use nav_sim::world_file::{check, save};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::cli::numbers;
@@ -66,7 +65,7 @@ impl Import {
             }
         }
         let written = worlds.len() - left_out;
-        let _ = writeln!(std::io::stdout(), "{written} worlds in {}", self.out.display());
+        say(format_args!("{written} worlds in {}", self.out.display()));
         if left_out > 0 {
             bail!("{left_out} of {} worlds were left out", worlds.len());
         }

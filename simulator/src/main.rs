@@ -12,10 +12,13 @@ mod view;
 mod picture;
 mod report;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use nav_host::exit::Exit;
 
 fn main() -> Exit {
+    if let Some(exit) = nav_host::manual::printed(cli::Arguments::command()) {
+        return exit;
+    }
     let arguments = cli::Arguments::parse();
     if let Some(cli::Instead::Import(import)) = &arguments.instead {
         return Exit::of("simulator", import.run().map(|()| Exit::Done));

@@ -4,12 +4,14 @@ use anyhow::{Context, Result, ensure};
 use nav_core::manifest::{MANIFEST_FILE, Manifest};
 use nav_core::task::Task;
 use nav_env::limits::Limits;
+use nav_host::files::check_writable;
 use nav_ipc::{IpcConfig, RobotName};
 use nav_sim::disturbance::Disturbance;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::cli::{Arguments, Pace, ViewChoice};
+use crate::report;
 use crate::worlds::WorldSource;
 
 /// All that the command line asks for. Nothing in it can fail for being badly typed any more.
@@ -52,10 +54,14 @@ impl Plan {
             Pace::Lockstep => 2.0,
             Pace::Realtime => 10.0,
         });
-        for (flag, path) in [("--report", &arguments.report), ("--draw", &arguments.draw)] {
-            if let Some(path) = path {
-                ensure_folder(flag, path, flag == "--draw")?;
-            }
+        if let Some(path) = &arguments.report {
+            // Known now and not after the drive.
+            check_writable(path).with_context(|| report::unwritable(path))?;
+        }
+        if let Some(folder) = &arguments.draw {
+            ensure!(!folder.as_os_str().is_empty(), "--draw needs a path");
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("--draw: the folder {} cannot be made", folder.display()))?;
         }
         let plan = Self {
             episodes: arguments.episodes.unwrap_or_else(|| source.episodes()),
@@ -90,14 +96,4 @@ fn task_of(folder: &Path) -> Result<Task> {
     })?;
     manifest.validate().with_context(|| format!("{} cannot be used", path.display()))?;
     Ok(manifest.task)
-}
-
-fn ensure_folder(flag: &str, path: &Path, is_folder: bool) -> Result<()> {
-    ensure!(!path.as_os_str().is_empty(), "{flag} needs a path");
-    let folder = if is_folder { Some(path) } else { path.parent().filter(|p| !p.as_os_str().is_empty()) };
-    match folder {
-        Some(folder) => std::fs::create_dir_all(folder)
-            .with_context(|| format!("{flag}: the folder {} cannot be made", folder.display())),
-        None => Ok(()),
-    }
 }

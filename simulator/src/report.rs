@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 use nav_core::geometry::Pose;
 use nav_core::metrics::{EpisodeEnd, EpisodeMetrics};
 use nav_core::task::Task;
+use nav_host::terminal::one_line;
 use serde::Serialize;
 use std::path::Path;
 
@@ -166,7 +167,7 @@ impl EpisodeReport {
         let metrics = &self.metrics;
         format!(
             "{}  {:<16}  {:5.1} s  {:5.1} m driven, {:5.1} m shortest  clearance {:.2} m",
-            self.world_file.as_ref().unwrap_or(&self.world),
+            one_line(self.world_file.as_ref().unwrap_or(&self.world)),
             metrics.end.word(),
             metrics.time_s,
             metrics.path_m,
@@ -180,7 +181,11 @@ impl Report<'_> {
     /// Writes the file whole or not at all.
     pub(crate) fn write(&self, path: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).context("the report cannot be put into JSON")?;
-        nav_host::files::replace(path, text + "\n")
-            .with_context(|| format!("--report: {} cannot be written", path.display()))
+        nav_host::files::replace(path, text + "\n").with_context(|| unwritable(path))
     }
+}
+
+/// What to say of a report that cannot be written.
+pub(crate) fn unwritable(path: &Path) -> String {
+    format!("--report: {} cannot be written", path.display())
 }

@@ -1,11 +1,14 @@
 //! The `trainer` program.
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use nav_host::exit::Exit;
 use trainer::cli::{Cli, Command};
 use trainer::commands;
 
 fn main() -> Exit {
+    if let Some(exit) = nav_host::manual::printed(Cli::command()) {
+        return exit;
+    }
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Train(args) => commands::train(args),

@@ -13,6 +13,7 @@ mod wheel;
 mod onnxruntime;
 mod python;
 
+mod manual;
 mod programs;
 mod shell;
 
@@ -47,6 +48,12 @@ enum Task {
     Onnxruntime,
     /// Set up a Python environment in .tools/python/ for tests that ask onnx and TensorBoard
     Python,
+    /// Write manual pages and shell completions of the three programs into a folder
+    Man {
+        /// The folder: man pages go to man1/ in it, completions to bash/, zsh/ and fish/
+        #[arg(long, value_name = "DIR", default_value = "out/manual")]
+        out: PathBuf,
+    },
     /// Build and run the trainer (what `cargo trainer` does)
     #[command(disable_help_flag = true)]
     Trainer(Passed),
@@ -74,6 +81,7 @@ fn main() -> ExitCode {
         Task::Libtorch { wheel } => libtorch::set_up(wheel.as_deref()),
         Task::Onnxruntime => onnxruntime::set_up(),
         Task::Python => python::set_up(),
+        Task::Man { out } => manual::write(&out),
         Task::Trainer(passed) => programs::become_program("trainer", &passed.args),
         Task::Runtime(passed) => programs::become_program("runtime", &passed.args),
         Task::Simulator(passed) => programs::become_program("simulator", &passed.args),

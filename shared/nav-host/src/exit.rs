@@ -8,11 +8,11 @@
 //! | 129, 130, 131, 143 | asked to end by SIGHUP, SIGINT, SIGQUIT or SIGTERM, and ended in good order |
 
 use crate::stop::Signal;
-use crate::terminal::note;
+use crate::terminal::{self, note};
 use std::fmt::Display;
 use std::process::{ExitCode, Termination};
 
-/// How a program ended; returned by its `main`.
+/// How a program ended; returned by its `main`. What was said until then is written before the process ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Everything was done.
@@ -44,6 +44,7 @@ impl Exit {
 
 impl Termination for Exit {
     fn report(self) -> ExitCode {
+        terminal::finish();
         ExitCode::from(self.code())
     }
 }

@@ -3,8 +3,8 @@
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 use std::fmt;
 use std::io;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// The signals that ask a program to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +55,14 @@ pub enum Second {
     IsIgnored,
 }
 
+/// Set by the first signal that anybody in this process listens to.
+static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Whether a signal that somebody listens to has asked this process to end.
+pub(crate) fn is_asked() -> bool {
+    ASKED.get().is_some_and(|asked| asked.load(Ordering::Relaxed))
+}
+
 /// Which signal asked first, if any; cheap to look at in every tick.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicUsize>);
@@ -77,6 +85,7 @@ impl Stop {
                 signal_hook::flag::register_conditional_shutdown(number, 128 + number, asked.clone())?;
                 signal_hook::flag::register(number, asked.clone())?;
             }
+            signal_hook::flag::register(number, ASKED.get_or_init(Arc::default).clone())?;
             signal_hook::flag::register_usize(number, stop.0.clone(), signal as usize)?;
         }
         Ok(stop)

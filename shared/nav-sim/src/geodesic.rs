@@ -4,6 +4,8 @@
 //! eikonal equation |∇d| = 1 is then solved on the free cells (Sethian 1996), so that distances are those of
 //! any-angle paths, not of staircases. They come out up to 3 % too long in open space and 4 % round corners;
 //! a path from [`GeodesicField::path`] is within 2 % of the shortest, and its length is what to score against.
+//!
+//! A world of more than 820 m square gets larger cells: there, narrow ways may be taken for closed.
 
 mod raster;
 mod march;
@@ -55,6 +57,11 @@ impl GeodesicField {
             .collect::<Vec<_>>();
         let distances_m = march::distances_m(&raster, &seeds);
         Self { goal, raster, distances_m, exact_m }
+    }
+
+    /// In a world so large that its cells are larger than elsewhere: ways narrower than this may be taken for closed, m.
+    pub(crate) fn surely_seen_m(&self) -> Option<f32> {
+        self.raster.surely_seen_m()
     }
 
     /// Length of the shortest path from a point to the goal, m. `None` where there is none: inside an obstacle,
@@ -239,6 +246,34 @@ mod tests {
             assert_eq!(field.distance_m(Point::new(2.0, 2.0)).is_some(), passes, "{gap_m}");
             assert_eq!(field.path(Point::new(2.0, 2.0)).is_some(), passes, "{gap_m}");
         }
+    }
+
+    /// A large world with a way along its lower side, in which a wall has a door.
+    fn with_door(side_m: f32, door_m: f32) -> World {
+        let x = 0.5 * side_m;
+        let walls = vec![
+            wall(0.0, 16.0, side_m, 16.0),
+            wall(x, 0.0, x, 8.0 - 0.5 * door_m),
+            wall(x, 8.0 + 0.5 * door_m, x, 16.0),
+            wall(x - 20.0, 0.0, x - 20.0, 16.0),
+            wall(x + 20.0, 0.0, x + 20.0, 16.0),
+        ];
+        room(side_m, walls, Point::new(x + 3.0, 8.0))
+    }
+
+    #[test]
+    fn a_door_of_a_large_world_is_found() {
+        let field = GeodesicField::new(&with_door(410.0, 0.8), 0.2);
+        assert_eq!(field.surely_seen_m(), None);
+        let found_m = field.distance_m(Point::new(202.0, 8.0)).expect("the door is wide enough");
+        assert!((found_m - 6.0).abs() < 0.2, "{found_m}");
+    }
+
+    #[test]
+    fn a_world_that_is_too_large_for_its_doors_says_so() {
+        let field = GeodesicField::new(&with_door(1700.0, 0.56), 0.2);
+        assert_eq!(field.distance_m(Point::new(847.0, 8.0)), None);
+        assert!(field.surely_seen_m().is_some_and(|width_m| width_m > 0.56), "{:?}", field.surely_seen_m());
     }
 
     #[test]

@@ -120,6 +120,15 @@ pub enum WorldProblem {
         /// Radius of the robot, m.
         radius_m: f32,
     },
+    /// The goal cannot be reached on wide ways, and the world is too large to look for narrow ones.
+    #[error(
+        "no way of {width_m:.1} m or more leads from the start to the goal, and in a world this large narrower ones are \
+         not seen: cut out the part that the robot needs"
+    )]
+    NoWideWay {
+        /// Ways of this width are seen, m.
+        width_m: f32,
+    },
 }
 
 /// Reads a world and checks it for a robot of a radius (m).
@@ -170,7 +179,10 @@ pub fn check(world: &World, robot_radius_m: f32) -> Result<(), WorldProblem> {
         check_round(&obstacles, index, person)?;
     }
     let field = GeodesicField::new(world, robot_radius_m);
-    field.distance_m(start).map(|_| ()).ok_or(WorldProblem::NoPath { radius_m: robot_radius_m })
+    field.distance_m(start).map(|_| ()).ok_or_else(|| match field.surely_seen_m() {
+        None => WorldProblem::NoPath { radius_m: robot_radius_m },
+        Some(width_m) => WorldProblem::NoWideWay { width_m },
+    })
 }
 
 fn check_round(obstacles: &Obstacles, index: usize, person: &Person) -> Result<(), WorldProblem> {

@@ -206,14 +206,14 @@ mod tests {
     fn a_refused_write_is_an_error_and_the_next_one_works() {
         let (_folder, store) = store();
         save(&store, 1, &[1.0]);
-        let obstacle = store.folder.join(".step-000000000002.ckpt.tmp");
+        let obstacle = store.folder.join("step-000000000002.ckpt");
         fs::create_dir(&obstacle).expect("a folder where the file should go");
         let mut contents = Contents::new();
         contents.floats("replay", &[2.0]);
         let error = store.save(2, &contents).expect_err("the path is taken");
         assert!(error.to_string().contains("step-000000000002"), "{error}");
-        assert_eq!(steps(&store), [1]);
         fs::remove_dir(&obstacle).expect("it is empty");
+        assert_eq!(steps(&store), [1]);
         store.save(2, &contents).expect("the path is free");
         assert_eq!(steps(&store), [2, 1]);
     }

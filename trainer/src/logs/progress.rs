@@ -88,7 +88,7 @@ impl Progress {
     /// Prints a line of its own, above the bar.
     pub fn note(&self, line: &str) {
         match &self.bar {
-            Some(bar) => bar.println(line),
+            Some(bar) => bar.println(nav_host::terminal::escaped(line)),
             None => nav_host::terminal::note(line),
         }
     }

@@ -57,6 +57,9 @@ struct SessionLog {
 /// `SessionLog.START`: points of earlier files at or after its step are discarded by TensorBoard.
 const SESSION_START: i32 = 1;
 
+/// How the names of event files begin; the second in which they were made follows.
+const PREFIX: &str = "events.out.tfevents.";
+
 /// An event file being written.
 #[derive(Debug)]
 pub struct EventFile {
@@ -72,7 +75,8 @@ impl EventFile {
     pub fn create(folder: &Path, step: u64) -> io::Result<Self> {
         let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
         let (seconds, rest) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
-        let name = format!("events.out.tfevents.{seconds}.trainer.{}.{rest}", std::process::id());
+        let seconds = seconds.max(first_free_second(folder)?);
+        let name = format!("{PREFIX}{seconds}.trainer.{}.{rest}", std::process::id());
         let mut file = Self { records: RecordFile::new(File::create_new(folder.join(name))?)? };
         file.append(0, What::FileVersion("brain.Event:2".to_owned()))?;
         // At step 0 too: a run that was killed before its first checkpoint starts again there.
@@ -97,6 +101,18 @@ impl EventFile {
         let message = Event { wall_time, step, what: Some(what) }.encode_to_vec();
         self.records.append(&frame(&message))
     }
+}
+
+/// The second after those in the names of all event files of a folder. TensorBoard reads them in the order of their
+/// names, which must be that of their steps even if the clock was set back.
+fn first_free_second(folder: &Path) -> io::Result<u128> {
+    let mut free = 0;
+    for entry in std::fs::read_dir(folder)? {
+        let name = entry?.file_name();
+        let after = name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.split('.').next()?.parse().ok());
+        free = free.max(after.map_or(0, |second: u128| second.saturating_add(1)));
+    }
+    Ok(free)
 }
 
 fn frame(message: &[u8]) -> Vec<u8> {
@@ -171,5 +187,21 @@ mod tests {
         let values: Vec<_> = summary.value.iter().map(|value| (&value.tag[..], value.simple_value)).collect();
         assert_eq!(values, [("td3/q_mean", Some(1.5)), ("success", Some(0.25))]);
         assert!(events.iter().all(|event| event.wall_time > 1e9));
+    }
+
+    #[test]
+    fn a_clock_that_was_set_back_does_not_change_the_order_of_files() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let early = ["events.out.tfevents.4102444800.trainer.7.5", "events.out.tfevents.odd", "scalars.csv"];
+        early.iter().for_each(|name| std::fs::write(folder.path().join(name), "").expect("written"));
+        for made in 1..=2 {
+            EventFile::create(folder.path(), 500).expect("a file");
+            let entries = std::fs::read_dir(folder.path()).expect("the folder");
+            let names =
+                entries.map(|entry| entry.expect("readable").file_name().into_string().expect("text"));
+            let newest = names.filter(|name| name.contains(".trainer.")).max().expect("some");
+            let expected = format!("events.out.tfevents.{}.trainer.", 4_102_444_800_u64 + made);
+            assert!(newest.starts_with(&expected), "{newest}");
+        }
     }
 }

@@ -6,8 +6,9 @@ use nav_core::geometry::{Point, Vector};
 
 /// Side of a cell of a robot of ordinary size, m.
 const CELL_M: f32 = 0.1;
-/// The most cells of a raster; a larger world gets larger cells.
-const CELLS_MAX: f32 = 4e6;
+/// The most cells of a raster: those of the largest map at 5 cm a pixel; with their distances 340 MB. A larger world
+/// gets larger cells.
+const CELLS_MAX: f32 = 6.8e7;
 
 /// What a footprint at the centre of a cell does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -27,6 +28,8 @@ pub(super) struct Raster {
     first: Point,
     /// Side of a cell, m.
     pub(super) cell_m: f32,
+    /// Whether a smaller world would not get smaller cells.
+    is_finest: bool,
     /// Cells in a row, border included.
     pub(super) stride: usize,
     rows: usize,
@@ -39,15 +42,14 @@ impl Raster {
     /// Draws a world for a robot of `radius_m` that keeps `margin_m` off everything.
     pub(super) fn new(world: &World, radius_m: f32, margin_m: f32) -> Self {
         let size = world.bounds.max - world.bounds.min;
-        let mut cell_m = CELL_M.min(0.5 * radius_m);
-        while size.x * size.y > CELLS_MAX * cell_m * cell_m {
-            cell_m *= 2.0;
-        }
+        let finest_m = CELL_M.min(0.5 * radius_m);
+        let cell_m = finest_m.max((size.x / CELLS_MAX * size.y).sqrt());
         let count = |length_m: f32| (length_m / cell_m - 1e-3).ceil().max(1.0) as usize + 2;
         let (stride, rows) = (count(size.x), count(size.y));
         let mut raster = Self {
             first: world.bounds.min - Vector::repeat(0.5 * cell_m),
             cell_m,
+            is_finest: cell_m <= finest_m,
             stride,
             rows,
             classes: vec![Class::Free; stride * rows],
@@ -153,6 +155,12 @@ impl Raster {
 
     fn columns_within(&self, low_m: f32, high_m: f32) -> std::ops::Range<usize> {
         between(low_m - self.first.x, high_m - self.first.x, self.cell_m, self.stride)
+    }
+
+    /// Where cells are larger for the world's size: how wide a straight way must be for its centre line to hold a chain
+    /// of free cells whatever its direction, m.
+    pub(super) fn surely_seen_m(&self) -> Option<f32> {
+        (!self.is_finest).then_some(2.0 * self.free_m + std::f32::consts::SQRT_2 * self.cell_m)
     }
 
     /// How many layers of near cells may lie between a free cell and an obstacle.

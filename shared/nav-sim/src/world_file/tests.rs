@@ -77,3 +77,22 @@ fn each_problem_is_named() {
     });
     assert_eq!(cut, WorldProblem::NoPath { radius_m: 0.2 });
 }
+
+#[test]
+fn a_world_too_large_for_narrow_ways_does_not_say_that_there_is_none() {
+    let mut world = generate(Family::Clutter, Split::Test, 1);
+    (world.people, world.discs, world.polygons) = Default::default();
+    let side_m = 1700.0;
+    world.bounds = crate::world::Bounds { min: Point::origin(), max: Point::new(side_m, side_m) };
+    (world.start.x_m, world.start.y_m, world.goal) = (5.0, 5.0, Point::new(15.0, 5.0));
+    let wall = |ax, ay, bx, by| Segment { a: Point::new(ax, ay), b: Point::new(bx, by) };
+    world.segments = vec![
+        wall(0.0, 10.0, 20.0, 10.0),
+        wall(20.0, 0.0, 20.0, 10.0),
+        wall(10.0, 0.0, 10.0, 4.72),
+        wall(10.0, 5.28, 10.0, 10.0),
+    ];
+    let problem = check(&world, 0.2).expect_err("the door is narrower than what is seen");
+    assert!(matches!(problem, WorldProblem::NoWideWay { width_m } if width_m > 0.56), "{problem}");
+    assert!(problem.to_string().contains("narrower ones are not seen"), "{problem}");
+}
