@@ -10,7 +10,7 @@ use crate::shell::{remove_folder, run_quiet, say, set_up_lock, tools};
 use crate::wheel::pip;
 
 /// What the environment holds; pip picks the newest that this machine's Python can run.
-const PACKAGES: [&str; 3] = ["onnx>=1.16,<2", "numpy>=1.26,<3", "tensorboard>=2.16,<3"];
+const PACKAGES: [&str; 4] = ["onnx>=1.16,<2", "numpy>=1.26,<3", "tensorboard>=2.16,<3", "iceoryx2==0.10.0"];
 
 /// Sets `.tools/python/bin/python3` up unless it is there.
 ///
@@ -25,7 +25,7 @@ pub(crate) fn set_up() -> Result<()> {
         say("the Python environment for cross-checks is ready in .tools/python/");
         return Ok(());
     }
-    say("installing onnx, numpy and tensorboard in .tools/python/ for cross-checks");
+    say("installing onnx, numpy, tensorboard and iceoryx2 in .tools/python/ for cross-checks");
     remove_folder(&folder)?;
     let pip = pip()?;
     // Debian's python3 makes environments without pip even where python3-venv is missing.
