@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `td3.onnx` | `observation` [1, 82] to `action` [1, 2], normalisation inside |
-//! | `dqn.onnx` | `candidates` [18, 111] to `q` [18, 1]; absent in a flat policy |
+//! | `dqn.onnx` | `candidates` [18, 112] to `q` [18, 1]; absent in a flat policy |
 //! | `golden.json` | observations and what the trainer's own networks answered |
 //! | `README.md` | the model card |
 //! | `manifest.json` | task, layout, hashes of the others |

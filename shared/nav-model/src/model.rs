@@ -220,7 +220,7 @@ pub fn actor_contract() -> NetworkContract {
     NetworkContract::new(Port::new("observation", 1, LOW_OBSERVATION), Port::new("action", 1, LOW_ACTION))
 }
 
-/// Names and shapes of the high level: `candidates` [18, 111] to `q` [18, 1].
+/// Names and shapes of the high level: `candidates` [18, 112] to `q` [18, 1].
 pub fn scorer_contract() -> NetworkContract {
     NetworkContract::new(
         Port::new("candidates", ACTION_COUNT, CANDIDATE_FEATURES),
