@@ -1,0 +1,103 @@
+//! Model folders from elsewhere: what they leave out, ask for too much of, or are in another shape.
+
+mod support;
+
+use nav_model::model::Model;
+use serde_json::Value;
+use std::fs;
+use std::os::unix::fs::symlink;
+use support::programs::run;
+use support::{Stage, read_json};
+
+/// Paths to every field of an object and of those within it.
+fn fields(value: &Value, path: &str, into: &mut Vec<String>) {
+    let Value::Object(object) = value else { return };
+    for (name, value) in object {
+        let path = format!("{path}/{name}");
+        fields(value, &path, into);
+        into.push(path);
+    }
+}
+
+#[test]
+fn a_manifest_that_leaves_out_any_field_is_refused() {
+    let stage = Stage::new();
+    let path = stage.model().join("manifest.json");
+    let whole = read_json(&path);
+    let mut all = Vec::new();
+    fields(&whole, "", &mut all);
+    assert!(all.len() > 40 && all.iter().any(|field| field == "/task/lidar/beam_count"), "{all:?}");
+    for field in all {
+        let (parent, name) = field.rsplit_once('/').expect("a path");
+        let mut manifest = whole.clone();
+        let object = manifest.pointer_mut(parent).and_then(Value::as_object_mut).expect("an object");
+        object.remove(name);
+        fs::write(&path, manifest.to_string()).expect("written");
+        let error = Model::read(&stage.model()).err().map(|error| error.to_string());
+        assert!(error.as_ref().is_some_and(|error| error.contains(name)), "without {field}: {error:?}");
+    }
+    let mut empty = whole.clone();
+    empty["task"] = serde_json::json!({});
+    fs::write(&path, empty.to_string()).expect("written");
+    run("runtime", &stage, &["check"]).refused(&["does not say `task.", "export the model again"]);
+}
+
+#[test]
+fn the_owner_of_the_robot_has_the_last_word() {
+    let stage = Stage::new();
+    let limits = stage.path("robot.toml");
+    let file = limits.to_str().expect("a plain path");
+    fs::write(&limits, "[robot]\nlinear_max_mps = 0.5\n").expect("written");
+    let words = ["linear_max_mps = 1,", "allows 0.5 at most"];
+    run("runtime", &stage, &["check", "--limits", file]).refused(&words);
+    run("runtime", &stage, &["run", "--limits", file, "--idle-exit", "1"]).refused(&words);
+    fs::write(&limits, "[robot]\nlinear_max_mps = 1.0\nradius_m = 0.2\n").expect("written");
+    run("runtime", &stage, &["check", "--limits", file]).succeeded();
+}
+
+#[test]
+fn a_check_can_be_read_by_programs() {
+    let stage = Stage::new();
+    let json = |stage: &Stage| -> Value {
+        let ended = run("runtime", stage, &["check", "--json"]);
+        serde_json::from_str(&ended.stdout).unwrap_or_else(|error| panic!("{error}: {}", ended.stdout))
+    };
+    let fine = json(&stage);
+    assert_eq!(
+        (&fine["accepted"], &fine["manifest"]["task"]["lidar"]["beam_count"]),
+        (&true.into(), &72.into())
+    );
+    fs::write(stage.model().join("td3.onnx"), "nothing").expect("written");
+    let refused = json(&stage);
+    assert_eq!(refused["accepted"], false);
+    assert!(refused["reason"].as_str().is_some_and(|reason| reason.contains("SHA-256")), "{refused}");
+}
+
+#[test]
+fn a_bare_network_is_told_from_a_model() {
+    let stage = Stage::new();
+    fs::copy(stage.model().join("td3.onnx"), stage.path("td3.onnx")).expect("copied");
+    let bare = stage.path("td3.onnx");
+    fs::remove_dir_all(stage.model()).expect("removed");
+    fs::rename(bare, stage.model()).expect("renamed");
+    run("runtime", &stage, &["check"]).refused(&["it is a file", "`trainer export` writes one"]);
+}
+
+/// As container orchestrators mount a folder: each file a link to one in a folder that a link leads to.
+#[test]
+fn a_folder_of_links_is_a_model() {
+    let stage = Stage::new();
+    let (model, data) = (stage.model(), stage.model().join("..2026_11"));
+    fs::create_dir(&data).expect("made");
+    symlink("..2026_11", model.join("..data")).expect("linked");
+    for name in ["manifest.json", "td3.onnx", "dqn.onnx", "golden.json"] {
+        fs::rename(model.join(name), data.join(name)).expect("moved");
+        symlink(format!("..data/{name}"), model.join(name)).expect("linked");
+    }
+    run("runtime", &stage, &["check"]).succeeded();
+    // A link to elsewhere is still none of the model's.
+    fs::copy(data.join("td3.onnx"), stage.path("td3.onnx")).expect("copied");
+    fs::remove_file(model.join("td3.onnx")).expect("removed");
+    symlink(stage.path("td3.onnx"), model.join("td3.onnx")).expect("linked");
+    run("runtime", &stage, &["check"]).refused(&["symbolic link to elsewhere"]);
+}
