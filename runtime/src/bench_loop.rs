@@ -22,6 +22,7 @@ use limit::Limit;
 use load::Hogs;
 use nav_core::controller::ShapeError;
 use nav_host::cpu::Cpu;
+use nav_host::files::check_writable;
 use nav_host::stop::{Second, Signal, Stop};
 use nav_host::terminal::say;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
@@ -148,6 +149,10 @@ pub struct Phase {
 /// # Errors
 /// [`LoopBenchError`].
 pub fn measure(plan: &LoopBenchPlan) -> Result<LoopBench, LoopBenchError> {
+    if let Some(path) = &plan.out {
+        // Known now and not after the measurement.
+        check_writable(path).map_err(system(format!("--out: {} cannot be written", path.display())))?;
+    }
     let load_average = load_average();
     let stop = Stop::listen(Second::IsIgnored).map_err(system("signals cannot be taken over"))?;
     let limit = Limit::enter(plan.cores).map_err(system("the cores cannot be limited"))?;

@@ -6,7 +6,9 @@ use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands};
 use nav_env::messages::Messages;
 use nav_host::stop::{Signal, Stop};
+use nav_host::terminal::note;
 use nav_ipc::clock::monotonic_ns;
+use nav_ipc::others::programs_of_other_users;
 use nav_ipc::{IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
 use nav_sim::simulation::Simulation;
 use std::time::Duration;
@@ -83,6 +85,9 @@ impl Link {
     /// Opens the topics of the plan's robot.
     pub(crate) fn open(plan: &Plan, stop: Stop) -> Result<Self, LinkError> {
         let node = RobotNode::open(&plan.robot, &plan.ipc)?;
+        if let Some(word) = programs_of_other_users(&plan.ipc) {
+            note(format_args!("simulator: {word}"));
+        }
         let as_ns = |duration: Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
         Ok(Self {
             robot: plan.robot.clone(),

@@ -165,13 +165,19 @@ fn in_a_folder_of_world_files_with_other_limits() {
 fn an_arrival_that_is_only_believed() {
     let stage = Stage::with_shipped_model();
     let limits = Limits { time_limit_s: Some(40.0), goal_radius_m: Some(0.05) };
-    let expected = in_process(&stage, &places(Family::Rooms, 1), &Disturbance::without_localiser(), limits);
-    assert!(expected.iter().any(|driven| driven.end == EpisodeEnd::BelievedArrived), "nothing is tested");
+    // Which worlds end so depends on the model.
+    let drive =
+        |seed| in_process(&stage, &places(Family::Rooms, seed), &Disturbance::without_localiser(), limits);
+    let ends_so = |driven: &Driven| driven.end == EpisodeEnd::BelievedArrived;
+    let found =
+        (1..40).find_map(|seed| Some((seed, drive(seed))).filter(|(_, driven)| driven.iter().any(ends_so)));
+    let (seed, expected) = found.expect("a robot that stands beside its goal in eighty worlds");
+    let seed = seed.to_string();
     let limited = [
         "--family",
         "rooms",
         "--seed",
-        "1",
+        &seed,
         "--episodes",
         "2",
         "--time-limit",

@@ -233,3 +233,42 @@ fn a_driver_that_never_notifies_is_heard() {
         status.state == RunState::Driving as u32
     });
 }
+
+/// Scans as fast as they can be sent, for `NAV_SOAK_SECONDS` (two usually): the loop keeps its rate and does not allocate.
+#[test]
+fn a_flood_of_scans_does_not_hold_the_loop() {
+    let seconds = std::env::var("NAV_SOAK_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(2);
+    let stage = Stage::with_shipped_model();
+    let node = stage.node();
+    let (scan_out, odom_out, goal_out) = (
+        node.writer::<LaserScan>().expect("a writer"),
+        node.writer::<Odometry>().expect("a writer"),
+        node.writer::<Goal>().expect("a writer"),
+    );
+    let report = stage.path("runtime.json");
+    let runtime = Running::start(
+        "runtime",
+        &stage,
+        &["run", "--quiet", "--report", report.to_str().expect("a plain path")],
+    );
+    wait_until("the runtime listens", || scan_out.reader_count() > 0);
+    let lidar = Task::default().lidar;
+    let scan = LaserScan::of(&lidar, |_| 4.0);
+    let ends_ns = monotonic_ns() + seconds * 1_000_000_000;
+    let mut seq = 0_u64;
+    while monotonic_ns() < ends_ns {
+        seq += 1;
+        let header = Header { stamp_ns: monotonic_ns(), seq };
+        odom_out.write(&Odometry { header, ..Odometry::default() }).expect("sent");
+        goal_out.write(&Goal { header, x_m: 3.0, radius_m: 0.3, id: 1, ..Goal::default() }).expect("sent");
+        scan_out.write(&LaserScan { header, ..scan }).expect("sent");
+    }
+    runtime.signal(libc::SIGTERM);
+    runtime.end().stopped_by(libc::SIGTERM);
+    let report = read_json(&report);
+    let (ticks, wanted) = (report["ticks"].as_u64().expect("ticks"), seconds * 10);
+    println!("soak: {seq} scans in {seconds} s, {ticks} ticks");
+    assert!(seq > 200 * seconds, "no flood: {seq}");
+    assert!(ticks * 2 > wanted && ticks < 2 * wanted + 5, "{ticks} ticks in {seconds} s");
+    assert_eq!(report["allocations"], 0);
+}

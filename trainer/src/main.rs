@@ -15,5 +15,5 @@ fn main() -> Exit {
         Command::Export(args) => commands::export(args),
         Command::Evaluate(args) => trainer::evaluate::evaluate(args),
     };
-    Exit::of("error", result)
+    Exit::of("trainer", result)
 }

@@ -61,7 +61,7 @@ fn refuse(folder: &Path, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success(), "{arguments:?} should be refused");
-    assert!(!error.contains("panicked") && error.contains("error:"), "{arguments:?}: {error}");
+    assert!(!error.contains("panicked") && error.contains("trainer: "), "{arguments:?}: {error}");
     error
 }
 

@@ -46,7 +46,10 @@ fn refuse(folder: &Path, arguments: &[&str], more: &[&str]) -> String {
     let output = evaluate(folder, arguments, more);
     let error = words(&output.stderr);
     assert!(!output.status.success(), "{arguments:?} {more:?} should be refused");
-    assert!(!error.contains("panicked") && error.starts_with("error: "), "{error}");
+    assert!(
+        !error.contains("panicked") && ["trainer: ", "error: "].iter().any(|start| error.starts_with(start)),
+        "{error}"
+    );
     let first = error.split("\n\n").next().unwrap_or_default();
     assert!(first.trim_end().lines().count() <= 2, "one sentence, not {error}");
     error

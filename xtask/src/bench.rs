@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
-use crate::shell::{cargo, root, run_shown, say};
+use crate::shell::{cargo, print_line, root, run_shown, say};
 use crate::{onnxruntime, programs};
 
 /// Runs the benches of the simulation and of the robot's networks.
@@ -61,7 +61,7 @@ fn keep(command: &mut Command, what: &str, file: &Path) -> Result<()> {
     if let Some(output) = child.stdout.take() {
         for line in BufReader::new(output).lines() {
             let line = line?;
-            println!("{line}");
+            print_line(&line);
             writeln!(copy, "{line}")?;
         }
     }

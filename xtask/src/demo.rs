@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::Value;
 
-use crate::shell::{remove_folder, root, run_shown, say};
+use crate::shell::{print_line, remove_folder, root, run_shown, say};
 use crate::training::{Training, short, trainer};
 use crate::two_processes::{Drive, Score};
 use crate::{libtorch, onnxruntime, programs};
@@ -152,28 +152,26 @@ fn print_table(families: &[String], scores: &[Score], worlds: u32, is_flat_train
             policies.push(&score.policy);
         }
     }
-    println!("\n{worlds} held-out worlds a family: success % / collision %\n");
-    print!("{:<10}", "family");
-    for policy in &policies {
-        print!(" {policy:>COLUMN$}");
-    }
-    println!();
+    print_line(&format!("\n{worlds} held-out worlds a family: success % / collision %\n"));
+    let heads = policies.iter().map(|policy| format!(" {policy:>COLUMN$}"));
+    print_line(&format!("{:<10}{}", "family", heads.collect::<String>()));
     for family in families {
-        print!("{family:<10}");
-        for policy in &policies {
+        let cells = policies.iter().map(|policy| {
             let score = scores.iter().find(|score| score.family == *family && score.policy == *policy);
             let cell = score.map_or_else(
                 || "-".to_owned(),
                 |score| format!("{:.1} / {:.1}", 100.0 * score.success, 100.0 * score.collision),
             );
-            print!(" {cell:>COLUMN$}");
-        }
-        println!();
+            format!(" {cell:>COLUMN$}")
+        });
+        print_line(&format!("{family:<10}{}", cells.collect::<String>()));
     }
     let td3 = if is_flat_trained {
         "a flat TD3, trained for the goal alone with as many steps as the hybrid's low level"
     } else {
         "the hybrid's own TD3 without the DQN above it, straight at the goal"
     };
-    println!("\ntd3: {td3}.\nastar: knows the whole map. reactive: steers by the newest scan alone.\n");
+    print_line(&format!(
+        "\ntd3: {td3}.\nastar: knows the whole map. reactive: steers by the newest scan alone.\n"
+    ));
 }

@@ -7,6 +7,7 @@ mod process;
 
 mod test;
 mod bench;
+mod soak;
 
 mod libtorch;
 mod wheel;
@@ -38,6 +39,13 @@ enum Task {
     Test,
     /// Measure the simulation and the robot's networks
     Bench,
+    /// Repeat the attacks that take long (kills, rogue writers, mutated models, floods), then print a table; needs
+    /// cargo-nextest and a machine on which `cargo xtask test` ran
+    Soak {
+        /// Go on for so long
+        #[arg(long, default_value_t = 10)]
+        minutes: u32,
+    },
     /// Set up libtorch (CPU only) in .libtorch/ for the trainer; a second run does nothing
     Libtorch {
         /// Take the pinned torch wheel from this file instead of downloading it
@@ -78,6 +86,7 @@ fn main() -> ExitCode {
         Task::Demo(options) => demo::run(&options),
         Task::Test => test::run(),
         Task::Bench => bench::run(),
+        Task::Soak { minutes } => soak::run(minutes),
         Task::Libtorch { wheel } => libtorch::set_up(wheel.as_deref()),
         Task::Onnxruntime => onnxruntime::set_up(),
         Task::Python => python::set_up(),

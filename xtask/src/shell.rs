@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
@@ -35,9 +35,14 @@ pub(crate) fn cargo() -> Command {
     command
 }
 
+/// Prints a line of results. Whoever has closed the pipe misses it, and the task goes on: `println!` would panic.
+pub(crate) fn print_line(line: &str) {
+    let _ = writeln!(io::stdout(), "{line}");
+}
+
 /// Says what happens next, on one line.
 pub(crate) fn say(text: &str) {
-    println!("xtask: {text}");
+    print_line(&format!("xtask: {text}"));
 }
 
 /// Whether `program` can be started.

@@ -97,11 +97,11 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// Prints a line a second from now on.
+    /// Prints a line a second from now on; where the system has no thread to spare, it says so and drives without.
     pub fn start(live: Arc<Live>) -> Self {
         let ended = Arc::new(std::sync::atomic::AtomicBool::new(false));
         let seen = ended.clone();
-        let thread = std::thread::spawn(move || {
+        let print = move || {
             let started = Instant::now();
             let (mut last, mut last_ticks) = (started, 0);
             loop {
@@ -118,8 +118,14 @@ impl Printer {
                     nav_host::terminal::say(live.line(started.elapsed(), &mut last_ticks, passed));
                 }
             }
-        });
-        Self { thread: Some(thread), ended }
+        };
+        let thread = std::thread::Builder::new().spawn(print);
+        if let Err(error) = &thread {
+            nav_host::terminal::note(format_args!(
+                "runtime: no thread for the live line ({error}), driving without"
+            ));
+        }
+        Self { thread: thread.ok(), ended }
     }
 }
 

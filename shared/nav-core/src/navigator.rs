@@ -28,6 +28,8 @@ use crate::twist::Twist;
 const MAP_EVERY: u32 = 2;
 /// Poses that are kept to tell a stuck robot, one a step.
 const STUCK_STEPS: usize = 10;
+/// A robot that is this far from where it was when a new goal comes was set down elsewhere, m.
+const SET_DOWN_M: f32 = 0.3;
 /// The robot has arrived within this share of the goal's radius.
 const ARRIVAL_SHARE: f32 = 0.3;
 /// Or inside the radius, when it is this much farther from the centre than it was at best, m.
@@ -106,11 +108,13 @@ impl Navigator {
     /// same id corrects it (a localiser has found out how far odometry has drifted): it is followed at once, and all
     /// that is remembered stays.
     pub fn observe(&mut self, scan: &LaserScan, odom: &Odometry, goal: &Goal) {
+        let moved_m = (odom.pose.position() - self.pose.position()).norm();
         self.pose = odom.pose;
         self.velocity = odom.twist();
         let is_new = self.goal_id != Some(goal.id);
-        if is_new {
-            // The robot may have been set down elsewhere.
+        if is_new && moved_m > SET_DOWN_M {
+            self.reader.forget_walls();
+        } else if is_new {
             self.reader.forget();
         }
         let reach_m = scan.range_max_m;

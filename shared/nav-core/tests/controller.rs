@@ -324,3 +324,26 @@ fn a_goal_that_no_scan_was_seen_with_is_not_reached() {
     let (_, _, corrected) = at_goal(2, 1, 5.0);
     assert_eq!(state(&scan, &odom, &corrected, later), RunState::Driving, "the same, moved away");
 }
+
+/// Walls that vanish stop the robot; one that was set down elsewhere, with a new goal, has left them behind. A new goal alone
+/// does not make a dark lidar see.
+#[test]
+fn an_open_place_is_no_dark_lidar_for_a_robot_that_was_set_down_there() {
+    let task = Task::default();
+    for (x_m, id, stops) in [(0.0, 1, true), (0.0, 2, true), (20.0, 2, false)] {
+        let mut controller = controller(&task);
+        let mut faults = 0;
+        for seq in 1..=60 {
+            let (mut scan, mut odom, mut goal) = messages(&task, seq, 1);
+            (odom.pose, odom.linear_mps) = (Pose::default(), 0.0);
+            if seq > 20 {
+                scan.ranges_m = [f32::INFINITY; MAX_BEAMS];
+                odom.pose = Pose::new(x_m, 0.0, 0.0);
+                goal.id = id;
+            }
+            let inputs = Inputs { scan: &scan, odom: &odom, goal: &goal };
+            faults |= controller.tick(seq * PERIOD_NS, inputs).1.faults;
+        }
+        assert_eq!(faults & fault::BAD_SCAN != 0, stops, "{x_m} m away, goal {id}");
+    }
+}

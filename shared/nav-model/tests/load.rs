@@ -223,3 +223,54 @@ fn truncated_and_flipped_files_never_panic() {
         assert!(refused > 0, "{name}: no flip was noticed");
     }
 }
+
+/// A number from the environment, for a soak that repeats this longer and otherwise.
+fn setting(name: &str, usual: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
+}
+
+/// Bytes replaced, cut out, doubled and swapped at random: refused with a sentence, or loaded and then equal to tract.
+/// `NAV_SOAK_SEED` and `NAV_SOAK_MUTANTS` say which and how many.
+#[test]
+fn mutated_models_are_refused_or_agree_with_tract() {
+    let mut state = setting("NAV_SOAK_SEED", 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut below = |bound: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as usize % bound
+    };
+    let sources = [models::flattened(), models::branches(), models::actor()];
+    let mut loaded_count = 0;
+    let mutants = setting("NAV_SOAK_MUTANTS", 300);
+    for _ in 0..mutants {
+        let (name, bytes, contract) = &sources[below(sources.len())];
+        let mut mutant = bytes.clone();
+        for _ in 0..=below(3) {
+            // Weights are most of a file; its structure is at both ends of it.
+            let at = if below(2) == 0 { below(mutant.len()) } else { below(mutant.len().min(600)) };
+            let end = (at + 1 + below(40)).min(mutant.len());
+            match below(4) {
+                0 => mutant[at] = below(256) as u8,
+                1 => drop(mutant.drain(at..end)),
+                2 => {
+                    let piece = mutant[at..end].to_vec();
+                    mutant.splice(at..at, piece);
+                }
+                _ => {
+                    let other = below(mutant.len());
+                    mutant.swap(at, other);
+                }
+            }
+        }
+        match load_network(&mutant, contract) {
+            Ok(loaded) => {
+                assert!(loaded.parity() <= 1e-5, "{name}");
+                loaded_count += 1;
+            }
+            Err(error) => assert!(!error.to_string().is_empty(), "{name}"),
+        }
+    }
+    println!("soak: {mutants} mutants, {loaded_count} loaded and agreed with tract");
+    assert!(loaded_count < mutants, "no mutant was noticed");
+}

@@ -57,6 +57,7 @@ pub struct Episodes {
 /// What the rows follow from; other figures than these come from another plan.
 #[derive(Serialize)]
 struct Kept<'a> {
+    commit: String,
     policies: Vec<KeptPolicy<'a>>,
     scenes: &'a Scenes,
     task: &'a Task,
@@ -178,6 +179,7 @@ impl Plan {
             learned: policy.learned.as_ref(),
         });
         let kept = Kept {
+            commit: crate::commit::commit(),
             policies: policies.collect(),
             scenes: &self.scenes,
             task: &self.task,

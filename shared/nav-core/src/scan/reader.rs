@@ -216,8 +216,14 @@ impl ScanReader {
         &self.beams_m[..trained]
     }
 
-    /// Forgets what was seen: the robot is elsewhere.
+    /// Forgets what was seen a moment ago: a new life begins.
     pub fn forget(&mut self) {
         self.recall.forget();
+    }
+
+    /// Forgets all that was ever seen: the robot was set down elsewhere, where there may be no walls.
+    pub fn forget_walls(&mut self) {
+        self.recall.forget();
+        self.vanishing = (f32::INFINITY, None);
     }
 }

@@ -57,7 +57,10 @@ impl Recall {
                 *seen = Seen { range_m: *range_m, from: here, stamp_ns: Some(stamp_ns) };
                 continue;
             }
-            let is_fresh = seen.stamp_ns.is_some_and(|then| stamp_ns.saturating_sub(then) <= KEPT_NS);
+            let is_fresh = seen
+                .stamp_ns
+                .and_then(|then| stamp_ns.checked_sub(then))
+                .is_some_and(|age_ns| age_ns <= KEPT_NS);
             if is_fresh {
                 let angle_rad = pose.yaw_rad + self.angle_min_rad + beam as f32 * self.width_rad;
                 let (sin, cos) = libm::sincosf(angle_rad);
