@@ -6,8 +6,9 @@ use std::process::Command;
 /// since; `unknown` where the checkout or git is gone. Build before a run, so that it is the run's own.
 pub fn commit() -> String {
     let git = |arguments: &[&str]| {
-        let output =
-            Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR")]).args(arguments).output().ok()?;
+        // Only asks: where git cannot write its index (a full disk, say), the answer is the same.
+        let ask = ["--no-optional-locks", "-C", env!("CARGO_MANIFEST_DIR")];
+        let output = Command::new("git").args(ask).args(arguments).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
     let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".to_owned() };
