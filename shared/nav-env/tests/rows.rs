@@ -129,3 +129,27 @@ fn figures_are_counted_and_then_divided() {
     assert!(shares.iter().all(|share| (share - 0.25).abs() < 1e-9), "{shares:?}");
     assert!(files.spl.is_none() && trap.spl.is_some());
 }
+
+/// Shares are counts over the total: none is a hair below zero, nor minus zero.
+#[test]
+fn shares_are_never_negative() {
+    for total in 1..=30_usize {
+        for successes in 0..=total {
+            let collisions = (total - successes) / 2;
+            let end = |index: usize| match index {
+                _ if index < successes => EpisodeEnd::Success,
+                _ if index < successes + collisions => EpisodeEnd::Collision,
+                _ => EpisodeEnd::Timeout,
+            };
+            let rows: Vec<_> =
+                (0..total).map(|index| EpisodeRow { end: end(index), ..row(index as u64) }).collect();
+            let summary = &summarise(&rows)[0];
+            let expected = (total - successes - collisions) as f64 / total as f64;
+            assert_eq!(
+                summary.timeout.to_bits(),
+                expected.to_bits(),
+                "{successes} and {collisions} of {total}"
+            );
+        }
+    }
+}
