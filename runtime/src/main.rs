@@ -63,6 +63,7 @@ fn read_model(arguments: &ModelArguments) -> Result<Model, ReadError> {
 }
 
 fn measure(arguments: BenchArguments) -> Result<Exit> {
+    let model = read_model(&arguments.model)?;
     if arguments.measure_loop {
         return match bench_loop::measure(&arguments.loop_plan()) {
             Err(error @ LoopBenchError::Stopped(signal)) => {
@@ -72,7 +73,7 @@ fn measure(arguments: BenchArguments) -> Result<Exit> {
             measured => Ok(measured.map(|_| Exit::Done)?),
         };
     }
-    let (td3, dqn) = read_model(&arguments.model)?.into_networks();
+    let (td3, dqn) = model.into_networks();
     let mut networks = vec![NamedNetwork::new("td3", td3)];
     networks.extend(dqn.map(|dqn| NamedNetwork::new("dqn", dqn)));
     say(bench::networks(&mut networks, &BenchOptions::default())?);

@@ -51,6 +51,7 @@ fn the_owner_of_the_robot_has_the_last_word() {
     let words = ["linear_max_mps = 1,", "allows 0.5 at most"];
     run("runtime", &stage, &["check", "--limits", file]).refused(&words);
     run("runtime", &stage, &["run", "--limits", file, "--idle-exit", "1"]).refused(&words);
+    run("runtime", &stage, &["bench", "--loop", "--limits", file]).refused(&words);
     fs::write(&limits, "[robot]\nlinear_max_mps = 1.0\nradius_m = 0.2\n").expect("written");
     run("runtime", &stage, &["check", "--limits", file]).succeeded();
 }
