@@ -25,6 +25,9 @@ pub trait Driver: Tick {
 
     /// Called before each tick with where the `odom` frame lies in the map, for those that follow a path on it.
     fn localise(&mut self, _map_from_odom: Pose) {}
+
+    /// Called before each tick with the true simulation, for ceilings: drivers that know what no robot can.
+    fn see(&mut self, _truth: &Simulation) {}
 }
 
 impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Controller<S> {}
@@ -137,6 +140,7 @@ impl<D: Driver + ?Sized> Commands for InProcess<'_, D> {
         let header = Header { seq: robot.seq, stamp_ns: robot.seq * robot.task.control_period_ns() };
         robot.messages.measure(simulation, goal_id, header);
         self.driver.localise(simulation.map_from_odom());
+        self.driver.see(simulation);
         let begun = Instant::now();
         let (command, status) = self.driver.tick(header.stamp_ns, robot.messages.inputs());
         let tick_ns = begun.elapsed().as_nanos() as u64;
