@@ -1,9 +1,12 @@
 //! What the controller keeps of a scan: cleaned ranges, beam directions, sectors and corridors.
 //!
-//! Everything is in the robot frame and of the trained lidar's beams, which [`ScanReader`] makes of any lidar's scan.
+//! Everything is in the robot frame and of the trained lidar's beams, which [`ScanReader`] makes of any lidar's scan;
+//! [`beams`] keeps a scan as it was measured.
 //! A miss counts as `range_max_m`. A sector in which nothing is known shows the policy its nearer neighbour's value, but
 //! nothing is free there: no corridor leads that way, and the controller does not drive that way.
 
+mod ranges;
+pub mod beams;
 mod misfit;
 mod reader;
 mod recall;

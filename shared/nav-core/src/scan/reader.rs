@@ -3,16 +3,10 @@
 //! Each trained beam takes the nearest thing that was measured within its own width. In a coarser scan a measured beam
 //! stands for its own step. What nobody measured is unknown. The trained lidar's own scans pass unchanged.
 //!
-//! | a range reads | it means |
-//! |---|---|
-//! | `INFINITY` | nothing within `range_max_m` |
-//! | a number within the scan's limits | something there |
-//! | a positive number below `range_min_m` | something there: too near to be exact, but an obstacle |
-//! | 0, a negative number, `-INFINITY` (REP 117) | something too near to be measured: it counts as touching the robot |
-//! | NaN, a finite number above `range_max_m` | the measurement failed: nothing is known |
-//! | at least the driver's own [`ScanReader::set_no_return_m`] | nothing within `range_max_m` |
+//! What a range means is said in `ranges.rs`.
 
 use super::Misfit;
+use super::ranges::meaning_m;
 use super::recall::Recall;
 use crate::geometry::{Pose, wrap_angle};
 use crate::messages::{LaserScan, MAX_BEAMS};
@@ -71,7 +65,7 @@ impl ScanReader {
         }
     }
 
-    /// A finite range from which on the driver means that nothing was hit, m; see the table above. Infinite at first.
+    /// A finite range from which on the driver means that nothing was hit, m. Infinite at first.
     pub fn set_no_return_m(&mut self, no_return_m: f32) {
         self.no_return_m = no_return_m;
     }
@@ -149,20 +143,14 @@ impl ScanReader {
         Ok(())
     }
 
-    /// What a range means: where something is, m; `INFINITY` for nothing, NaN for nothing known.
+    /// What a range means to the policy: where something is, m; `INFINITY` for nothing within the trained range, NaN for
+    /// nothing known.
     fn meaning_m(&self, scan: &LaserScan, range_m: f32) -> f32 {
-        if range_m < scan.range_min_m {
-            let touching_m = scan.range_min_m.min(self.task.robot.radius_m);
-            return if range_m > 0.0 { range_m } else { touching_m };
+        let means_m = meaning_m(scan, range_m, self.no_return_m);
+        if means_m <= 0.0 {
+            return scan.range_min_m.min(self.task.robot.radius_m);
         }
-        if range_m >= self.no_return_m || range_m == f32::INFINITY {
-            return f32::INFINITY;
-        }
-        // A hair more, because limits and ranges are rounded in different places.
-        if range_m <= scan.range_max_m * 1.001 {
-            return if range_m < self.task.lidar.range_max_m { range_m } else { f32::INFINITY };
-        }
-        f32::NAN
+        if means_m >= self.task.lidar.range_max_m { f32::INFINITY } else { means_m }
     }
 
     /// Works out which trained beams each measured beam stands for, unless the last scan had the same layout.
@@ -197,7 +185,7 @@ impl ScanReader {
         self.unseen = is_seen[..trained as usize].iter().filter(|seen| !**seen).count();
     }
 
-    /// The trained beams of a scan that was [inspected](Self::inspect), m, as the table above says; what failed is taken
+    /// The trained beams of a scan that was [inspected](Self::inspect), m, as `ranges.rs` says; what failed is taken
     /// from what was seen there a moment ago. `pose` is where it was taken, `odom_from_robot`.
     pub fn read(&mut self, scan: &LaserScan, pose: Pose) -> &[f32] {
         self.lay_out(scan);
