@@ -73,7 +73,8 @@ impl Beams {
         self.step_rad = scan.angle_increment_rad.abs();
         self.is_circle = false;
         let measured = scan.ranges_m().len();
-        if !scan.angle_min_rad.is_finite() || !(self.step_rad > 0.0 && self.step_rad.is_finite()) {
+        let is_number = scan.angle_min_rad.is_finite() && self.step_rad.is_finite();
+        if !is_number || self.step_rad <= 0.0 {
             return;
         }
         let around = (libm::roundf(TAU / self.step_rad) as usize).max(1);
