@@ -24,6 +24,7 @@ pub mod optimistic;
 pub mod subgoal;
 pub mod observation;
 pub mod navigator;
+pub mod tracker;
 
 pub mod network;
 pub mod guard;

@@ -1,0 +1,132 @@
+//! One followed thing.
+
+use super::filter::Filter;
+use crate::geometry::{Point, Vector};
+use heapless::Vec;
+use nalgebra::{Matrix2, Matrix4};
+
+/// Slower than this is standing, m/s.
+pub const STANDING_MPS: f32 = 0.12;
+/// Nobody walks faster, m/s.
+const FASTEST_MPS: f32 = 2.5;
+/// Places of its surface that are remembered...
+const TRAIL: usize = 5;
+/// ...and the time between them, ns.
+const TRAIL_APART_NS: u64 = 150_000_000;
+/// So much evidence shows that it moves...
+const EVIDENCE_ENOUGH: f32 = 2.0;
+/// ...and no more than this is kept.
+const EVIDENCE_MAX: f32 = 4.0;
+
+/// A person, or what could be one, in the `odom` frame.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Its own for as long as it is followed.
+    pub id: u32,
+    /// Centre, m.
+    pub position: Point,
+    /// m/s; 0 for what has never been seen to move.
+    pub velocity: Vector,
+    /// m.
+    pub radius_m: f32,
+    /// Standard deviation of the position along its most uncertain direction, m.
+    pub position_sd_m: f32,
+    /// The same of the velocity, m/s.
+    pub velocity_sd_mps: f32,
+    /// Time since it was first seen, s.
+    pub age_s: f32,
+    /// Time since it was last seen, s.
+    pub unseen_s: f32,
+    pub(super) filter: Filter,
+    pub(super) hits: u32,
+    pub(super) evidence: f32,
+    pub(super) has_moved: bool,
+    trail: Vec<Point, TRAIL>,
+    trail_ns: u64,
+}
+
+impl Track {
+    pub(super) fn new(id: u32, position: Point, cov: Matrix2<f32>, radius_m: f32) -> Self {
+        let mut track = Self {
+            id,
+            position,
+            velocity: Vector::zeros(),
+            radius_m,
+            position_sd_m: 0.0,
+            velocity_sd_mps: 0.0,
+            age_s: 0.0,
+            unseen_s: 0.0,
+            filter: Filter::new(position, cov),
+            hits: 1,
+            evidence: 0.0,
+            has_moved: false,
+            trail: Vec::new(),
+            trail_ns: 0,
+        };
+        track.publish();
+        track
+    }
+
+    /// Whether it moves now. What has never taken a place that was free before does not, however its visible part slides.
+    pub fn is_moving(&self) -> bool {
+        self.has_moved && self.velocity.norm_squared() > STANDING_MPS * STANDING_MPS
+    }
+
+    /// Whether it was seen to move at some time: a person, though it may stand now. Anything else may be a pillar.
+    pub fn has_moved(&self) -> bool {
+        self.has_moved
+    }
+
+    /// Covariance of x, y (m) and their velocities (m/s).
+    pub fn covariance(&self) -> Matrix4<f32> {
+        let mut cov = Matrix4::zeros();
+        cov.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.filter.position_cov);
+        cov.fixed_view_mut::<2, 2>(0, 2).copy_from(&self.filter.cross_cov);
+        cov.fixed_view_mut::<2, 2>(2, 0).copy_from(&self.filter.cross_cov.transpose());
+        cov.fixed_view_mut::<2, 2>(2, 2).copy_from(&self.filter.velocity_cov);
+        cov
+    }
+
+    pub(super) fn predict(&mut self, dt_s: f32) {
+        self.filter.predict(dt_s);
+        self.age_s += dt_s;
+        self.unseen_s += dt_s;
+    }
+
+    /// Takes in how much speaks for it having moved in this scan: nothing speaks against it a little.
+    pub(super) fn weigh(&mut self, evidence: f32) {
+        let change = if evidence > 0.0 { evidence } else { -0.34 };
+        self.evidence = (self.evidence + change).clamp(0.0, EVIDENCE_MAX);
+        let speed_mps = self.filter.velocity.norm();
+        self.has_moved |= self.evidence >= EVIDENCE_ENOUGH && speed_mps > STANDING_MPS;
+    }
+
+    /// Remembers a place of its surface.
+    pub(super) fn leave_trail(&mut self, place: Point, stamp_ns: u64) {
+        if self.trail.is_empty() || stamp_ns.saturating_sub(self.trail_ns) >= TRAIL_APART_NS {
+            if self.trail.is_full() {
+                self.trail.remove(0);
+            }
+            let _ = self.trail.push(place);
+            self.trail_ns = stamp_ns;
+        }
+    }
+
+    pub(super) fn trail(&self) -> &[Point] {
+        &self.trail
+    }
+
+    /// Shows what the filter knows.
+    pub(super) fn publish(&mut self) {
+        self.filter.limit_speed(FASTEST_MPS);
+        self.position = self.filter.position;
+        self.velocity = if self.has_moved { self.filter.velocity } else { Vector::zeros() };
+        self.position_sd_m = largest_sd(&self.filter.position_cov);
+        self.velocity_sd_mps = largest_sd(&self.filter.velocity_cov);
+    }
+}
+
+fn largest_sd(cov: &Matrix2<f32>) -> f32 {
+    let (mean, half) = (0.5 * (cov.m11 + cov.m22), 0.5 * (cov.m11 - cov.m22));
+    libm::sqrtf((mean + libm::sqrtf(half * half + cov.m12 * cov.m12)).max(0.0))
+}
