@@ -11,6 +11,7 @@ pub mod peer;
 mod words;
 
 use crate::latency::Percentiles;
+use crate::model::Demands;
 use crate::run::drive::drive;
 use crate::run::live::Live;
 use crate::run::plan::{DriveError, DrivePlan, End, Pace};
@@ -26,7 +27,7 @@ use nav_host::files::check_writable;
 use nav_host::stop::{Second, Signal, Stop};
 use nav_host::terminal::say;
 use nav_ipc::{IpcConfig, IpcError, RobotName};
-use nav_model::model::{Model, ModelError};
+use nav_model::model::ModelError;
 use peer::Peer;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -43,6 +44,8 @@ pub const ROBOT: &str = "bench-loop";
 pub struct LoopBenchPlan {
     /// The model's folder.
     pub model: PathBuf,
+    /// What the robot's owner demands of it.
+    pub demands: Demands,
     /// Length of each of the four phases.
     pub phase: Duration,
     /// Scans a second.
@@ -208,7 +211,7 @@ fn measure_here(
     (loaded, realtime): (bool, bool),
     stop: &Stop,
 ) -> Result<Phase, LoopBenchError> {
-    let mut controller = Model::read(&plan.model)?.into_controller()?;
+    let mut controller = plan.demands.read(&plan.model)?.into_controller()?;
     let config = IpcConfig::in_folder(folder)?;
     let mut ports = Ports::open(&RobotName::new(ROBOT)?, &config)?;
     let peer = Peer::start(folder, plan, realtime)?;

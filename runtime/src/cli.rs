@@ -1,5 +1,9 @@
 //! The command line, as typed, and what it comes to.
 
+mod model;
+
+pub(crate) use model::ModelArguments;
+
 use anyhow::ensure;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use nav_ipc::{IpcConfig, RobotName};
@@ -44,10 +48,7 @@ pub(crate) enum Command {
     /// Measure the networks, or the loop between two processes
     Bench(BenchArguments),
     #[command(hide = true, name = runtime::model::SUBCOMMAND)]
-    ProbeModel {
-        /// Folder of the model
-        folder: PathBuf,
-    },
+    ProbeModel(ModelArguments),
     #[command(hide = true, name = runtime::bench_loop::peer::SUBCOMMAND)]
     LoopPeer(PeerArguments),
     #[command(hide = true, name = runtime::bench_loop::load::SUBCOMMAND)]
@@ -55,17 +56,6 @@ pub(crate) enum Command {
         /// How long to be busy, s
         seconds: u64,
     },
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ModelArguments {
-    /// Folder of the model: manifest.json beside its ONNX files
-    #[arg(long, value_name = "DIR", default_value = "models")]
-    pub(crate) model: PathBuf,
-    /// What the robot's owner allows, as TOML ([robot] linear_max_mps = 0.5 and so on); a model that asks for more is
-    /// refused
-    #[arg(long, value_name = "FILE")]
-    pub(crate) limits: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -157,8 +147,8 @@ pub(crate) struct BenchArguments {
 pub(crate) struct PeerArguments {
     #[arg(long)]
     pub(crate) ipc_root: PathBuf,
-    #[arg(long)]
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
     #[arg(long)]
     pub(crate) rate: f64,
     #[arg(long)]
@@ -186,8 +176,8 @@ impl RunArguments {
              number of seconds, or drive with --pace clock"
         );
         Ok(RunPlan {
-            model: self.model.model,
-            limits: self.model.limits,
+            demands: self.model.demands(),
+            model: self.model.folder,
             robot: RobotName::new(&self.robot)?,
             ipc: IpcConfig::from_option(self.ipc_root.as_deref())?,
             drive: DrivePlan {
@@ -211,7 +201,8 @@ impl BenchArguments {
     /// What the loop bench measures.
     pub(crate) fn loop_plan(self) -> LoopBenchPlan {
         LoopBenchPlan {
-            model: self.model.model,
+            demands: self.model.demands(),
+            model: self.model.folder,
             phase: self.seconds,
             rate_hz: self.rate,
             cores: self.cpus,

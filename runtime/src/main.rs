@@ -27,8 +27,8 @@ fn main() -> Exit {
         Some(Command::Run(arguments)) => run(arguments),
         Some(Command::Check(arguments)) => check(&arguments),
         Some(Command::Bench(arguments)) => measure(arguments),
-        Some(Command::ProbeModel { folder }) => {
-            runtime::model::read_within_limits(&folder).map(|()| Exit::Done)
+        Some(Command::ProbeModel(arguments)) => {
+            runtime::model::read_within_limits(&arguments.folder, &arguments.demands()).map(|()| Exit::Done)
         }
         Some(Command::LoopPeer(arguments)) => loop_peer(arguments),
         Some(Command::LoopHog { seconds }) => {
@@ -59,7 +59,7 @@ fn check(arguments: &CheckArguments) -> Result<Exit> {
 }
 
 fn read_model(arguments: &ModelArguments) -> Result<Model, ReadError> {
-    runtime::model::read(&arguments.model, arguments.limits.as_deref())
+    runtime::model::read(&arguments.folder, &arguments.demands())
 }
 
 fn measure(arguments: BenchArguments) -> Result<Exit> {
@@ -81,10 +81,9 @@ fn measure(arguments: BenchArguments) -> Result<Exit> {
 }
 
 fn loop_peer(arguments: PeerArguments) -> Result<Exit> {
-    let lidar = Model::read(&arguments.model)?.manifest().task.lidar;
+    let lidar = arguments.model.demands().read(&arguments.model.folder)?.manifest().task.lidar;
     let plan = peer::PeerPlan {
         ipc_root: arguments.ipc_root,
-        model: arguments.model,
         rate_hz: arguments.rate,
         seconds: arguments.seconds,
         realtime: arguments.realtime,

@@ -2,9 +2,10 @@
 //!
 //! The bytes are untrusted. Whatever tract makes of them, the worst that happens is a child that is killed.
 
-use nav_model::model::{Model, ModelError, OwnerLimits};
+use nav_model::model::{Model, ModelError, OwnerKey, OwnerLimits};
+use std::ffi::{OsStr, OsString};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -18,6 +19,41 @@ const MEMORY_BYTES: u64 = 1 << 30;
 const PATIENCE: Duration = Duration::from_secs(60);
 /// The most that is read of what a child says, bytes.
 const WORDS_MAX: u64 = 8 << 10;
+
+/// What the robot's owner demands of a model.
+#[derive(Clone, Debug, Default)]
+pub struct Demands {
+    /// A file of limits that it must not go beyond.
+    pub limits: Option<PathBuf>,
+    /// The minisign public key that its manifest must be signed with, or the file of one.
+    pub key: Option<String>,
+}
+
+impl Demands {
+    /// Reads a model and holds it to the demands, in this process.
+    ///
+    /// # Errors
+    /// Demands that cannot be read, or a model that is refused.
+    pub fn read(&self, folder: &Path) -> Result<Model, ModelError> {
+        let limits = self.limits.as_deref().map(OwnerLimits::read).transpose()?;
+        let key = self.key.as_deref().map(OwnerKey::read).transpose()?;
+        let model = Model::read_signed(folder, key.as_ref())?;
+        limits.map_or(Ok(()), |limits| model.respects(&limits))?;
+        Ok(model)
+    }
+
+    /// Hands a model and the demands on to a child of this program.
+    pub(crate) fn pass_on(&self, folder: &Path, child: &mut Command) {
+        let mut pass = |option: &str, value: &OsStr| {
+            let mut argument = OsString::from(option);
+            argument.push(value);
+            child.arg(argument);
+        };
+        pass("--model=", folder.as_os_str());
+        self.limits.iter().for_each(|limits| pass("--limits=", limits.as_os_str()));
+        self.key.iter().for_each(|key| pass("--require-signature=", key.as_ref()));
+    }
+}
 
 /// Why a model was not read.
 #[derive(Debug, thiserror::Error)]
@@ -49,30 +85,27 @@ pub enum ReadError {
     Model(#[from] ModelError),
 }
 
-/// Reads and checks a model, in a child first; refuses one that asks for more than `limits` allow.
+/// Reads and checks a model, in a child first; refuses one that does not meet the demands.
 ///
 /// # Errors
 /// [`ReadError`], as a sentence.
-pub fn read(folder: &Path, limits: Option<&Path>) -> Result<Model, ReadError> {
-    let limits = limits.map(OwnerLimits::read).transpose().map_err(ModelError::from)?;
+pub fn read(folder: &Path, demands: &Demands) -> Result<Model, ReadError> {
     let program = std::env::current_exe().map_err(ReadError::NoChild)?;
-    probe(Command::new(program).arg(SUBCOMMAND).arg(folder), folder, PATIENCE)?;
-    let model = Model::read(folder)?;
-    if let Some(limits) = &limits {
-        model.respects(limits)?;
-    }
-    Ok(model)
+    let mut child = Command::new(program);
+    demands.pass_on(folder, child.arg(SUBCOMMAND));
+    probe(&mut child, folder, PATIENCE)?;
+    Ok(demands.read(folder)?)
 }
 
-/// What the child does: the same with limits.
+/// What the child does: the same, with limits on itself.
 ///
 /// # Errors
 /// A model that is refused, or limits that the system does not set.
-pub fn read_within_limits(folder: &Path) -> anyhow::Result<()> {
+pub fn read_within_limits(folder: &Path, demands: &Demands) -> anyhow::Result<()> {
     limit(libc::RLIMIT_CPU, CPU_SECONDS)?;
     limit(libc::RLIMIT_AS, MEMORY_BYTES)?;
     limit(libc::RLIMIT_CORE, 0)?;
-    Model::read(folder)?;
+    demands.read(folder)?;
     Ok(())
 }
 

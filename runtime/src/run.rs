@@ -24,7 +24,7 @@ pub mod tally;
 pub mod live;
 pub mod report;
 
-use crate::model::{self, ReadError};
+use crate::model::{self, Demands, ReadError};
 use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
@@ -46,8 +46,8 @@ use tally::Tally;
 pub struct RunPlan {
     /// The model's folder.
     pub model: PathBuf,
-    /// What the robot's owner allows.
-    pub limits: Option<PathBuf>,
+    /// What the robot's owner demands of it.
+    pub demands: Demands,
     /// The robot's name.
     pub robot: RobotName,
     /// Where the shared files live.
@@ -99,7 +99,7 @@ pub enum RunError {
 /// # Errors
 /// Anything that keeps the robot from being driven. The last command is zero then too, if shared memory still carries it.
 pub fn run(plan: &RunPlan) -> Result<End, RunError> {
-    let model = model::read(&plan.model, plan.limits.as_deref())?;
+    let model = model::read(&plan.model, &plan.demands)?;
     if let Some(path) = &plan.report {
         // Known now and not after the drive.
         files::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;

@@ -2,9 +2,11 @@
 
 mod support;
 
+use minisign::KeyPair;
 use nav_model::model::Model;
 use serde_json::Value;
 use std::fs;
+use std::io::Cursor;
 use std::os::unix::fs::symlink;
 use support::programs::run;
 use support::{Stage, read_json};
@@ -54,6 +56,58 @@ fn the_owner_of_the_robot_has_the_last_word() {
     run("runtime", &stage, &["bench", "--loop", "--limits", file]).refused(&words);
     fs::write(&limits, "[robot]\nlinear_max_mps = 1.0\nradius_m = 0.2\n").expect("written");
     run("runtime", &stage, &["check", "--limits", file]).succeeded();
+}
+
+/// Signs the stage's manifest as it is now.
+fn sign(stage: &Stage, pair: &KeyPair) {
+    let manifest = stage.model().join("manifest.json");
+    let bytes = fs::read(&manifest).expect("a manifest");
+    let signature = minisign::sign(Some(&pair.pk), &pair.sk, Cursor::new(bytes), None, None).expect("signed");
+    fs::write(stage.model().join("manifest.json.minisig"), signature.to_string()).expect("written");
+}
+
+/// In every subcommand that takes a model, and before anything of it is believed.
+#[test]
+fn only_models_that_the_owner_signed_are_accepted_where_a_key_is_required() {
+    let stage = Stage::new();
+    let pair = || KeyPair::generate_unencrypted_keypair().expect("a key pair");
+    let (owner, other) = (pair(), pair());
+    let (key, public) = (owner.pk.to_base64(), stage.path("owner.pub"));
+    fs::write(&public, owner.pk.to_box().expect("a box").to_string()).expect("written");
+    let file = public.to_str().expect("a plain path");
+    let runtime = |arguments: &[&str], key: &str| {
+        run("runtime", &stage, &[arguments, &["--require-signature", key]].concat())
+    };
+    let check = |key: &str| runtime(&["check"], key);
+    let drive = |key: &str| runtime(&["run", "--idle-exit", "0.2"], key);
+    let bench = ["bench", "--loop", "--seconds", "0.2"];
+    for ended in [check(&key), drive(file), runtime(&["bench"], &key), runtime(&bench, file)] {
+        ended.refused(&["not signed", "manifest.json.minisig", "minisign -S -m manifest.json"]);
+    }
+    sign(&stage, &owner);
+    assert!(check(&key).succeeded().stdout.contains("ok  signature"));
+    drive(&key).refused(&["no scan"]);
+    runtime(&bench, file).succeeded();
+    check(&other.pk.to_base64()).refused(&["another key"]);
+    for wrong in ["owner.pub", "/dev/zero", "RWQf"] {
+        check(wrong).refused(&["no minisign public key", wrong]);
+    }
+    // A changed file is one that the signed manifest does not speak of.
+    let td3 = fs::read(stage.model().join("td3.onnx")).expect("a network");
+    fs::write(stage.model().join("td3.onnx"), "nothing").expect("written");
+    check(&key).refused(&["SHA-256"]);
+    fs::write(stage.model().join("td3.onnx"), td3).expect("written");
+    // Not yet parsed: what a stranger wrote into it is not even looked at.
+    let manifest = stage.model().join("manifest.json");
+    let text = fs::read_to_string(&manifest).expect("a manifest");
+    for changed in [text.replace("\"radius_m\": 0.2", "\"radius_m\": 0.1"), "[".repeat(100_000)] {
+        assert_ne!(changed, text);
+        fs::write(&manifest, changed).expect("written");
+        check(&key).refused(&["is not a signature of the manifest beside it"]);
+        drive(file).refused(&["is not a signature of the manifest beside it"]);
+    }
+    sign(&stage, &other);
+    check(&key).refused(&["another key"]);
 }
 
 #[test]

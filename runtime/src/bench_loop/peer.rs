@@ -22,8 +22,6 @@ const PRIORITY: u8 = 60;
 pub struct PeerPlan {
     /// Where the shared files live.
     pub ipc_root: PathBuf,
-    /// The model, for the geometry of its scans.
-    pub model: PathBuf,
     /// Scans a second.
     pub rate_hz: f64,
     /// How long.
@@ -43,7 +41,9 @@ impl Peer {
         // Longer than the phase: the loop must not run out of scans.
         let seconds = plan.phase.as_secs_f64() + 0.5;
         let mut command = Command::new(program);
-        command.arg(SUBCOMMAND).arg("--ipc-root").arg(folder).arg("--model").arg(&plan.model);
+        command.arg(SUBCOMMAND).arg("--ipc-root").arg(folder);
+        // The model says the geometry of the scans.
+        plan.demands.pass_on(&plan.model, &mut command);
         command.args(["--rate", &plan.rate_hz.to_string(), "--seconds", &seconds.to_string()]);
         if realtime {
             command.arg("--realtime");

@@ -48,6 +48,9 @@ pub fn lines(model: &Model) -> Vec<String> {
     let manifest = model.manifest();
     let task = &manifest.task;
     let mut lines = vec![headline(model)];
+    if model.is_signed() {
+        lines.push("ok  signature: the manifest is signed with the required key".to_owned());
+    }
     lines.push(format!("ok  manifest: format {}, every field known and said", manifest.format));
     lines.push(format!(
         "ok  observation layout: {} low-level and {} high-level numbers, {} a candidate, {} actions",

@@ -2,6 +2,7 @@
 //!
 //! | checked | how |
 //! |---|---|
+//! | signature | of the manifest, by the owner's key, where one is required: before anything else is read |
 //! | manifest | format, observation layout, task, names (unknown fields are refused) |
 //! | files | no links, bounded, SHA-256 as the manifest says, of the very bytes that are parsed |
 //! | networks | see [`crate::load`] |
@@ -10,103 +11,26 @@
 
 mod golden;
 mod limits;
+mod signature;
+mod error;
 
+pub use error::ModelError;
 pub use golden::{GOLDEN_TOLERANCE, Golden, GoldenError, GoldenPair};
 pub use limits::{LimitsError, OwnerLimits};
+pub use signature::{OwnerKey, SignatureError};
 
 use nav_core::controller::{Controller, ShapeError};
-use nav_core::manifest::{FileEntry, MANIFEST_FILE, Manifest, ManifestError};
+use nav_core::manifest::{FileEntry, MANIFEST_FILE, Manifest};
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION};
 use nav_core::task::ACTION_COUNT;
 use std::path::{Path, PathBuf};
 
 use crate::load::{
-    Arena, FileBytes, FileError, LoadError, LoadedNetwork, MAX_MODEL_BYTES, NetworkContract, Port,
-    load_network, read_file_in,
+    Arena, FileBytes, LoadedNetwork, MAX_MODEL_BYTES, NetworkContract, Port, load_network, read_file_in,
 };
 
 /// The largest manifest or golden file that is read, bytes.
 const MAX_JSON_BYTES: u64 = 8 << 20;
-
-/// Why a model folder cannot be driven with.
-#[derive(Debug, thiserror::Error)]
-pub enum ModelError {
-    /// There is no such folder, or no manifest in it.
-    #[error(
-        "there is no model in {}: {reason}; `trainer export` writes one, and --model names its folder",
-        folder.display()
-    )]
-    Missing {
-        /// The folder.
-        folder: PathBuf,
-        /// What is missing.
-        reason: String,
-    },
-    /// A file could not be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A JSON file is damaged, or has fields that this build does not know.
-    #[error("{} is damaged or of another version: {problem}; export the model again", path.display())]
-    Json {
-        /// The file.
-        path: PathBuf,
-        /// What the parser said.
-        problem: String,
-    },
-    /// The manifest does not fit this build.
-    #[error(transparent)]
-    Manifest(#[from] ManifestError),
-    /// A file is not the one that the manifest was written for.
-    #[error(
-        "{} is damaged or was replaced: its SHA-256 is {found}, the manifest says {expected}; copy the folder \
-         again or export the model again",
-        path.display()
-    )]
-    Hash {
-        /// The file.
-        path: PathBuf,
-        /// As the manifest says.
-        expected: String,
-        /// As read.
-        found: String,
-    },
-    /// A network was refused.
-    #[error("the network {} was refused", path.display())]
-    Network {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: LoadError,
-    },
-    /// The golden pairs.
-    #[error(transparent)]
-    Golden(#[from] GoldenError),
-    /// The manifest leaves out a field.
-    #[error(
-        "{} does not say `{field}`; nothing about a robot is taken for granted, export the model again",
-        path.display()
-    )]
-    Lacks {
-        /// The file.
-        path: PathBuf,
-        /// What it leaves out.
-        field: String,
-    },
-    /// The networks take too long on this machine.
-    #[error(
-        "the networks need {took_us:.0} us for an answer on this machine, {allowed_us:.0} us (a fifth of the control \
-         period) are allowed; train smaller ones, or use a faster machine"
-    )]
-    Slow {
-        /// Median time of an answer of all networks together, us.
-        took_us: f64,
-        /// What is allowed, us.
-        allowed_us: f64,
-    },
-    /// The robot's owner allows less than the model asks for.
-    #[error(transparent)]
-    Limits(#[from] LimitsError),
-}
 
 /// A checked model.
 #[derive(Debug)]
@@ -117,6 +41,7 @@ pub struct Model {
     dqn: Option<LoadedNetwork>,
     golden: Golden,
     golden_difference: f32,
+    is_signed: bool,
 }
 
 impl Model {
@@ -125,6 +50,14 @@ impl Model {
     /// # Errors
     /// The first check that fails, as a sentence that says what to do.
     pub fn read(folder: &Path) -> Result<Self, ModelError> {
+        Self::read_signed(folder, None)
+    }
+
+    /// Reads and checks a model folder whose manifest is signed with `key`, if there is one.
+    ///
+    /// # Errors
+    /// As [`Self::read`], after a signature that is missing or not of this manifest and key.
+    pub fn read_signed(folder: &Path, key: Option<&OwnerKey>) -> Result<Self, ModelError> {
         let manifest_path = folder.join(MANIFEST_FILE);
         if !manifest_path.exists() {
             let reason = if folder.is_dir() {
@@ -136,7 +69,7 @@ impl Model {
             };
             return Err(ModelError::Missing { folder: folder.to_path_buf(), reason: reason.to_owned() });
         }
-        let manifest = read_manifest(folder, &manifest_path)?;
+        let manifest = read_manifest(folder, &manifest_path, key)?;
         manifest.validate()?;
         let mut td3 = read_network(folder, &manifest.td3, &actor_contract())?;
         let mut dqn = match &manifest.dqn {
@@ -151,7 +84,8 @@ impl Model {
         if took_us > allowed_us {
             return Err(ModelError::Slow { took_us, allowed_us });
         }
-        Ok(Self { folder: folder.to_path_buf(), manifest, td3, dqn, golden, golden_difference })
+        let folder = folder.to_path_buf();
+        Ok(Self { folder, manifest, td3, dqn, golden, golden_difference, is_signed: key.is_some() })
     }
 
     /// Whether the robot's owner allows what the model asks for.
@@ -190,6 +124,11 @@ impl Model {
     /// The largest difference to a golden pair.
     pub fn golden_difference(&self) -> f32 {
         self.golden_difference
+    }
+
+    /// Whether its manifest was found to be signed with a required key.
+    pub fn is_signed(&self) -> bool {
+        self.is_signed
     }
 
     /// The networks for a bench, with their tract plans: `td3` first.
@@ -248,8 +187,10 @@ fn read_network(
 }
 
 /// The manifest, in which every field must be said: a default would be a guess about somebody's robot.
-fn read_manifest(folder: &Path, path: &Path) -> Result<Manifest, ModelError> {
+fn read_manifest(folder: &Path, path: &Path, key: Option<&OwnerKey>) -> Result<Manifest, ModelError> {
     let file = read_file_in(folder, MANIFEST_FILE, MAX_JSON_BYTES)?;
+    // Of the very bytes that are parsed.
+    key.map_or(Ok(()), |key| key.check(folder, &file.bytes))?;
     let manifest: Manifest = parse_json(path, &file)?;
     let said: serde_json::Value = parse_json(path, &file)?;
     let json =
