@@ -51,7 +51,7 @@ pub(crate) fn remove_half_made(config: &IpcConfig) -> Result<(), IpcError> {
     for path in found {
         let holder = holder(&path);
         if holder.is_some() || fs::remove_file(&path).is_err() && path.exists() {
-            return Err(IpcError::HalfMade { path, holder: holder.unwrap_or_else(|| "nobody".to_owned()) });
+            return Err(is_half_made(path));
         }
     }
     Ok(())
@@ -78,6 +78,11 @@ fn half_made(config: &IpcConfig) -> Result<Vec<PathBuf>, IpcError> {
         add(entry.path(), |metadata| metadata.is_file() && metadata.mode() & 0o200 != 0)?;
     }
     Ok(found)
+}
+
+/// That a file of a loop that runs is half made, and by whom.
+pub(crate) fn is_half_made(path: PathBuf) -> IpcError {
+    IpcError::HalfMade { holder: holder(&path).unwrap_or_else(|| "nobody".to_owned()), path }
 }
 
 /// A process that has the file open, if one can be seen that has.

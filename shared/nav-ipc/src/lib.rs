@@ -29,6 +29,7 @@
 //! - **One writer a topic**, whoever came first. A second one is refused with the process id of the first, a topic that
 //!   somebody else opened for several with the ids of those who have it open.
 //! - **A killed start blocks nobody.** What it left is removed by the next one, or named with the command that does.
+//! - **A peer that is killed while it connects holds nobody up** for more than 10 ms, and its file is named (`bounded`).
 //! - **Full shared memory is a sentence**, not SIGBUS: room is taken at the start, and some is kept for who joins.
 //! - **No allocation after start-up** in [`Writer::write`], [`Reader::read_latest`] and [`Wakeup::wait`], proved by
 //!   a counting allocator. A peer that *joins or leaves* does cost allocations, in the next call: a loop that
@@ -52,6 +53,7 @@ mod leftovers;
 mod space;
 pub mod service;
 mod slab;
+mod bounded;
 pub mod node;
 mod topic;
 pub mod ports;

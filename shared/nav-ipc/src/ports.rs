@@ -1,5 +1,6 @@
 //! Writing, reading and waiting, without allocating.
 
+use crate::bounded;
 use crate::clock;
 use crate::error::IpcError;
 use crate::message::{Message, Wire};
@@ -56,7 +57,7 @@ impl<T: Message> Writer<T> {
         let sample = self.publisher.loan_uninit().map_err(|_| failed("no memory to loan"))?;
         sample.write_payload(Wire(*message)).send().map_err(|_| failed("a connection is broken"))?;
         self.notifier.notify().map_err(|_| failed("a listener could not be woken"))?;
-        Ok(())
+        bounded::expect_whole()
     }
 
     /// Connects to readers that joined and forgets those that left. **Allocates** when there are any.
@@ -72,6 +73,7 @@ impl<T: Message> Writer<T> {
         self.publisher
             .update_connections()
             .map_err(|_| IpcError::Send { topic: T::TOPIC.name, reason: "a reader cannot be connected" })?;
+        bounded::expect_whole()?;
         self.room.settle();
         Ok(())
     }
@@ -115,6 +117,7 @@ impl<T: Message> Reader<T> {
                 Err(_) => return Err(Self::broken()),
             }
         }
+        bounded::expect_whole()?;
         if let Some(sample) = &newest {
             message.clone_from(&sample.payload().0);
         }
@@ -130,6 +133,7 @@ impl<T: Message> Reader<T> {
         one_writer(T::TOPIC, self.writer_count())?;
         self.room.expect(self.writer_count())?;
         self.subscriber.update_connections().map_err(|_| Self::broken())?;
+        bounded::expect_whole()?;
         self.room.settle();
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! iceoryx2's `ipc::Service` with one difference: what a loan needs in this process comes from a fixed slab.
+//! iceoryx2's `ipc::Service` with two differences inside this process: what a loan needs comes from a fixed slab, and
+//! connecting never waits for long (see [`crate::bounded`]).
 //!
 //! Stock services allocate 48 bytes for each message sent, because the state of a loaned sample is counted by
 //! an `Rc`. Everything that other processes see is the same type as in `ipc::Service`, so both interoperate;
@@ -11,7 +12,7 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use iceoryx2_cal::shm_allocator::{bump_allocator::BumpAllocator, pool_allocator::PoolAllocator};
 use iceoryx2_cal::{
     bag, dynamic_storage, event, hash, monitoring, reactor, resizable_shared_memory, serialize,
-    shared_memory, static_storage, zero_copy_connection,
+    shared_memory, static_storage,
 };
 use std::fmt::Debug;
 
@@ -30,7 +31,7 @@ impl iceoryx2::service::Service for SlabService {
     type ServiceNameHasher = hash::recommended::Recommended;
     type SharedMemory = shared_memory::recommended::Ipc<PoolAllocator>;
     type ResizableSharedMemory = resizable_shared_memory::recommended::Ipc<PoolAllocator>;
-    type Connection = zero_copy_connection::recommended::Ipc;
+    type Connection = crate::bounded::Connection;
     type Event = event::recommended::Ipc;
     type Monitoring = monitoring::recommended::Ipc;
     type Reactor = reactor::recommended::Ipc;

@@ -6,6 +6,8 @@ use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, Status};
 use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const ROOT: &str = "NAV_IPC_CHILD_ROOT";
@@ -34,9 +36,9 @@ fn child() {
     }
 }
 
-fn child_in(root: &Path) -> std::process::Child {
+fn child_in(root: &Path, name: &str) -> std::process::Child {
     Command::new(std::env::current_exe().expect("this test"))
-        .args(["--exact", "child"])
+        .args(["--exact", name])
         .env(ROOT, root)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -56,7 +58,7 @@ fn random_us(state: &mut u64, below: u64) -> u64 {
 
 /// Starts a process in a root, kills it within 60 ms of its first step, and says when that was, us.
 fn start_and_kill(root: &Path, state: &mut u64) -> u64 {
-    let mut killed = child_in(root);
+    let mut killed = child_in(root, "child");
     // Loading the test takes a while: the clock starts with its lock.
     let spawned = Instant::now();
     let process = format!("{}\n", killed.id());
@@ -113,6 +115,59 @@ fn nor_does_it_where_another_program_of_the_robot_lives() {
         assert!(goals.read_latest(&mut goal).expect("received"), "the one that lives is still connected");
         assert_eq!(goal.header.seq, kill);
     }
+    drop((goals, node));
+    config.remove_all();
+}
+
+/// Not a test of its own: a reader of a topic that somebody writes.
+#[test]
+fn reading_child() {
+    if let Some(root) = std::env::var_os(ROOT) {
+        let config = IpcConfig::in_folder(Path::new(&root)).expect("a short path");
+        let node = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config).expect("a node");
+        let _goals = node.reader::<Goal>().expect("a reader");
+        std::thread::sleep(Duration::from_secs(60));
+    }
+}
+
+/// A peer that is killed after it has made the file of a connection and before that has a size: as small as the moment is,
+/// the loop that writes must outlive it.
+#[test]
+fn a_peer_that_was_killed_while_connecting_holds_no_loop_up() {
+    let folder = tempfile::Builder::new().prefix("nav").tempdir_in("/tmp").expect("a scratch folder");
+    let config = IpcConfig::in_folder(folder.path()).expect("a short path");
+    let node = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config).expect("a node");
+    let goals = node.writer::<Goal>().expect("a writer");
+    let mut peer = child_in(folder.path(), "reading_child");
+    let started = Instant::now();
+    while goals.reader_count() == 0 {
+        assert!(started.elapsed() < Duration::from_secs(20), "the reader never came");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    peer.kill().expect("killed");
+    peer.wait().expect("waited for");
+    let files = std::fs::read_dir("/dev/shm").expect("shared memory is mounted").flatten();
+    let mut connections = files.map(|file| file.path()).filter(|path| {
+        path.to_string_lossy().contains(config.prefix())
+            && path.extension().is_some_and(|kind| kind == "connection")
+    });
+    let connection = connections.next().expect("the reader has made it");
+    std::fs::write(&connection, []).expect("emptied, as it was at first");
+    let is_over = Arc::new(AtomicBool::new(false));
+    let seen = is_over.clone();
+    std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_secs(20));
+        if !seen.load(Ordering::Relaxed) {
+            // A call that never returns cannot fail a test in another way.
+            eprintln!("the loop hangs in its write");
+            std::process::abort();
+        }
+    });
+    let error = goals.write(&Goal::default()).expect_err("half made").to_string();
+    let name = connection.to_string_lossy();
+    assert!(error.contains(&*name) && error.contains("open in: nobody"), "{error}");
+    is_over.store(true, Ordering::Relaxed);
+    goals.write(&Goal::default()).expect("said once");
     drop((goals, node));
     config.remove_all();
 }
