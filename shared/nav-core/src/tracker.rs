@@ -24,7 +24,7 @@ use crate::scan::beams::Beams;
 use crate::task::Task;
 use detect::{DETECTIONS_MAX, Detection, PERSON_RADIUS_M, detect, point_of};
 use heapless::Vec;
-use memory::Memory;
+use memory::{Chord, MARGIN_M, Memory};
 use nalgebra::Matrix2;
 
 /// The most that are followed at a time.
@@ -41,8 +41,6 @@ const LOST_S: f32 = 0.5;
 const HIDDEN_S: f32 = 1.5;
 /// ...and what was seen but once after this, s.
 const LOST_YOUNG_S: f32 = 0.25;
-/// What lies so far behind what is seen is hidden, m; and it was free where a beam went on for so much longer, m.
-const MARGIN_M: f32 = 0.2;
 /// Two tracks so close are one, m.
 const SAME_M: f32 = 0.25;
 /// After a longer time without scans nobody is where they were, ns.
@@ -55,7 +53,7 @@ struct Sighting {
     center: Point,
     cov: Matrix2<f32>,
     radius_m: f32,
-    surface: [Point; 3],
+    chord: Chord,
     stands_out: bool,
     is_taken: bool,
 }
@@ -186,7 +184,7 @@ impl Tracker {
             }
             self.next_id = self.next_id.wrapping_add(1);
             let mut track = Track::new(self.next_id, sighting.center, sighting.cov, sighting.radius_m);
-            track.leave_trail(sighting.surface[1], stamp_ns);
+            track.leave_trail(sighting.chord, stamp_ns);
             let _ = self.young.push(track);
         }
     }
@@ -215,7 +213,7 @@ fn sighted(detection: &Detection, pose: Pose) -> Sighting {
         center: place(detection.center),
         cov: turn * detection.cov * turn.transpose() + Matrix2::from_diagonal_element(legs),
         radius_m: detection.radius_m,
-        surface: detection.surface.map(place),
+        chord: Chord { right: place(detection.ends[0]), left: place(detection.ends[1]) },
         stands_out: detection.stands_out,
         is_taken: false,
     }
@@ -247,20 +245,17 @@ fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp
         track.hits = track.hits.saturating_add(1);
         track.filter.update(sighting.center, &sighting.cov);
         track.radius_m += 0.2 * (sighting.radius_m - track.radius_m);
-        track.weigh(evidence(track, sighting, memory));
-        track.leave_trail(sighting.surface[1], stamp_ns);
+        if track.filter.velocity.norm() > STANDING_MPS {
+            track.weigh(evidence(track, sighting, memory));
+        }
+        track.leave_trail(sighting.chord, stamp_ns);
     }
 }
 
 /// What speaks for having moved: to stand where it was free before, or to have left where it stood.
 fn evidence(track: &Track, sighting: &Sighting, memory: &Memory) -> f32 {
-    let fresh: u32 = sighting.surface.iter().map(|&point| memory.times_free(point, MARGIN_M)).sum();
-    let left = track
-        .trail()
-        .iter()
-        .filter(|&&place| memory.now().beyond_m(place).is_some_and(|beyond_m| beyond_m > MARGIN_M));
-    let count = fresh + left.count() as u32;
-    if count >= 2 { 1.0 } else { 0.0 }
+    let left = track.trail().iter().filter(|chord| memory.now().passed_through(chord)).count();
+    if memory.times_free(&sighting.chord) + left >= 2 { 1.0 } else { 0.0 }
 }
 
 /// Whether something nearer hides where a track should be.

@@ -35,6 +35,7 @@ pub struct Beams {
     layout: (u32, u32, u32),
     is_clockwise: bool,
     step_rad: f32,
+    reach_m: f32,
     is_circle: bool,
 }
 
@@ -47,13 +48,21 @@ impl Default for Beams {
 impl Beams {
     /// Before the first scan: no beams.
     pub fn new() -> Self {
-        Self { beams: Vec::new(), layout: (0, 0, 0), is_clockwise: false, step_rad: 0.0, is_circle: false }
+        Self {
+            beams: Vec::new(),
+            layout: (0, 0, 0),
+            is_clockwise: false,
+            step_rad: 0.0,
+            reach_m: 0.0,
+            is_circle: false,
+        }
     }
 
     /// Takes in a scan. From `no_return_m` on a range means that nothing was hit, m. A header that makes no sense leaves no
     /// beams.
     pub fn read(&mut self, scan: &LaserScan, no_return_m: f32) {
         self.lay_out(scan);
+        self.reach_m = scan.range_max_m;
         let last = self.beams.len().saturating_sub(1);
         for (place, beam) in self.beams.iter_mut().enumerate() {
             let index = if self.is_clockwise { last - place } else { place };
@@ -97,6 +106,11 @@ impl Beams {
     /// Between neighbouring beams, rad.
     pub fn step_rad(&self) -> f32 {
         self.step_rad
+    }
+
+    /// How far the lidar sees, m: where nothing was hit it is free so far, and no farther.
+    pub fn reach_m(&self) -> f32 {
+        self.reach_m
     }
 
     /// Whether the last beam neighbours the first.

@@ -47,8 +47,8 @@ pub(super) struct Detection {
     pub(super) center: Point,
     pub(super) cov: Matrix2<f32>,
     pub(super) radius_m: f32,
-    /// Its rightmost point, one in the middle, and its leftmost.
-    pub(super) surface: [Point; 3],
+    /// Its rightmost and its leftmost point.
+    pub(super) ends: [Point; 2],
     /// Whether it stands out from its background: a track may begin with it.
     pub(super) stands_out: bool,
     pub(super) is_leg: bool,
@@ -233,7 +233,7 @@ fn add(line: &Line<'_>, group: &Group, found: &mut Vec<Detection, DETECTIONS_MAX
         center,
         cov,
         radius_m: if is_whole && is_resolved { (0.5 * width_m).clamp(0.05, 0.4) } else { PERSON_RADIUS_M },
-        surface: [point_of(right), points[points.len() / 2], point_of(left)],
+        ends: [point_of(right), point_of(left)],
         stands_out,
         is_leg,
     });

@@ -12,8 +12,17 @@ const SCANS: usize = 7;
 const APART_NS: u64 = 150_000_000;
 /// Kept scans are used at most so old, ns: in a longer time odometry drifts.
 const OLDEST_NS: u64 = 1_200_000_000;
-/// Beams farther apart than this at a point may both have passed a thing that stands there, m.
-const GAP_MAX_M: f32 = 0.3;
+/// A beam that went on so much farther behind a place was free there, m.
+pub(super) const MARGIN_M: f32 = 0.2;
+/// Beams of a scan looked at for a chord at most.
+const PROBES: usize = 4;
+
+/// The visible side of a thing in the `odom` frame: its ends, the left one counter-clockwise from the right one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chord {
+    pub(super) right: Point,
+    pub(super) left: Point,
+}
 
 /// A scan with the place it was taken from.
 #[derive(Clone, Debug)]
@@ -25,6 +34,7 @@ pub(super) struct Seen {
     sin: f32,
     first_rad: f32,
     step_rad: f32,
+    reach_m: f32,
     is_circle: bool,
     count: usize,
     ranges_m: [f32; MAX_BEAMS],
@@ -39,6 +49,7 @@ impl Seen {
             sin: 0.0,
             first_rad: 0.0,
             step_rad: 0.0,
+            reach_m: 0.0,
             is_circle: false,
             count: 0,
             ranges_m: [f32::NAN; MAX_BEAMS],
@@ -50,33 +61,62 @@ impl Seen {
         let first_rad = beams.as_slice().first().map_or(0.0, |beam| libm::atan2f(beam.sin, beam.cos));
         (self.stamp_ns, self.pose, self.cos, self.sin) = (stamp_ns, pose, cos, sin);
         (self.first_rad, self.step_rad, self.is_circle) = (first_rad, beams.step_rad(), beams.is_circle());
+        self.reach_m = beams.reach_m();
         self.count = beams.as_slice().len();
         for (range_m, beam) in self.ranges_m.iter_mut().zip(beams.as_slice()) {
             *range_m = beam.range_m;
         }
     }
 
-    /// How far beyond a point of the `odom` frame it was free, m: the lesser of both beams that pass beside it. `None` where
-    /// that is not known.
-    pub(super) fn beyond_m(&self, point: Point) -> Option<f32> {
+    /// A point of the `odom` frame as seen from there: counter-clockwise from the first beam in [0, 2 pi), rad, and range, m.
+    fn polar(&self, point: Point) -> (f32, f32) {
         let off = point - self.pose.position();
         let (x, y) = (self.cos * off.x + self.sin * off.y, self.cos * off.y - self.sin * off.x);
-        let range_m = off.norm();
-        if self.count < 2 || range_m * self.step_rad > GAP_MAX_M {
+        let turn_rad = libm::atan2f(y, x) - self.first_rad;
+        (if turn_rad < 0.0 { turn_rad + TAU } else { turn_rad }, libm::sqrtf(x * x + y * y))
+    }
+
+    /// How far it was free in the direction of a beam, m; `None` where that is not known.
+    fn free_m(&self, beam: usize) -> Option<f32> {
+        let range_m = *self.ranges_m[..self.count].get(beam)?;
+        if range_m.is_nan() { None } else { Some(range_m.min(self.reach_m)) }
+    }
+
+    /// Whether a beam went right through where the side of a thing lies now: nothing can have stood there. Only beams
+    /// between its ends count; whatever is thinner than the beams' spacing they could have passed on both sides.
+    pub(super) fn passed_through(&self, chord: &Chord) -> bool {
+        if self.count < 2 {
+            return false;
+        }
+        let ((right_rad, right_m), (left_rad, left_m)) = (self.polar(chord.right), self.polar(chord.left));
+        let span_rad = if left_rad < right_rad { left_rad + TAU - right_rad } else { left_rad - right_rad };
+        // From the other side of it, or from within.
+        if span_rad > 0.5 * TAU {
+            return false;
+        }
+        let first = libm::ceilf(right_rad / self.step_rad) as usize;
+        let last = libm::floorf((right_rad + span_rad) / self.step_rad) as usize;
+        if last < first {
+            return false;
+        }
+        let stride = (last - first + 1).div_ceil(PROBES);
+        (first..=last).step_by(stride).any(|beam| {
+            let share = (beam as f32 * self.step_rad - right_rad) / span_rad.max(1e-6);
+            let chord_m = right_m + (left_m - right_m) * share;
+            let index = if self.is_circle && beam >= self.count { beam - self.count } else { beam };
+            self.free_m(index).is_some_and(|free_m| free_m > chord_m + MARGIN_M)
+        })
+    }
+
+    /// How far behind a point of the `odom` frame it was free, m; negative for what was hidden. `None` where it is not known.
+    pub(super) fn beyond_m(&self, point: Point) -> Option<f32> {
+        let (turn_rad, range_m) = self.polar(point);
+        if self.count == 0 || range_m > self.reach_m {
             return None;
         }
-        let mut turn_rad = libm::atan2f(y, x) - self.first_rad;
-        if turn_rad < 0.0 {
-            turn_rad += TAU;
-        }
-        let low = (turn_rad / self.step_rad) as usize;
-        let high = if self.is_circle && low + 1 >= self.count { 0 } else { low + 1 };
-        if low >= self.count || high >= self.count {
-            return None;
-        }
-        let (low_m, high_m) = (self.ranges_m[low], self.ranges_m[high]);
-        // NaN is unknown.
-        if low_m.is_nan() || high_m.is_nan() { None } else { Some(low_m.min(high_m) - range_m) }
+        let nearest = libm::roundf(turn_rad / self.step_rad) as usize;
+        let index = if self.is_circle && nearest >= self.count { nearest - self.count } else { nearest };
+        self.free_m(index).map(|free_m| free_m - range_m)
     }
 }
 
@@ -116,13 +156,12 @@ impl Memory {
         &self.scans[self.now]
     }
 
-    /// In how many of the older scans it was free at a point, and `margin_m` beyond it.
-    pub(super) fn times_free(&self, point: Point, margin_m: f32) -> u32 {
+    /// In how many of the older scans beams went through where the side of a thing lies now.
+    pub(super) fn times_free(&self, chord: &Chord) -> usize {
         let now_ns = self.now().stamp_ns;
         let older = self.scans.iter().enumerate().filter(|(index, seen)| {
             *index != self.now && seen.count > 0 && now_ns.saturating_sub(seen.stamp_ns) <= OLDEST_NS
         });
-        let free = older.filter(|(_, seen)| seen.beyond_m(point).is_some_and(|beyond_m| beyond_m > margin_m));
-        free.count() as u32
+        older.filter(|(_, seen)| seen.passed_through(chord)).count()
     }
 }

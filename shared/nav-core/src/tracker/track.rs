@@ -1,6 +1,7 @@
 //! One followed thing.
 
 use super::filter::Filter;
+use super::memory::Chord;
 use crate::geometry::{Point, Vector};
 use heapless::Vec;
 use nalgebra::{Matrix2, Matrix4};
@@ -15,6 +16,8 @@ const TRAIL: usize = 5;
 const TRAIL_APART_NS: u64 = 150_000_000;
 /// So much evidence shows that it moves...
 const EVIDENCE_ENOUGH: f32 = 2.0;
+/// ...which is doubted again when less is left than this...
+const EVIDENCE_LEAST: f32 = 0.5;
 /// ...and no more than this is kept.
 const EVIDENCE_MAX: f32 = 4.0;
 
@@ -41,7 +44,7 @@ pub struct Track {
     pub(super) hits: u32,
     pub(super) evidence: f32,
     pub(super) has_moved: bool,
-    trail: Vec<Point, TRAIL>,
+    trail: Vec<Chord, TRAIL>,
     trail_ns: u64,
 }
 
@@ -97,22 +100,21 @@ impl Track {
     pub(super) fn weigh(&mut self, evidence: f32) {
         let change = if evidence > 0.0 { evidence } else { -0.34 };
         self.evidence = (self.evidence + change).clamp(0.0, EVIDENCE_MAX);
-        let speed_mps = self.filter.velocity.norm();
-        self.has_moved |= self.evidence >= EVIDENCE_ENOUGH && speed_mps > STANDING_MPS;
+        self.has_moved = self.evidence >= if self.has_moved { EVIDENCE_LEAST } else { EVIDENCE_ENOUGH };
     }
 
-    /// Remembers a place of its surface.
-    pub(super) fn leave_trail(&mut self, place: Point, stamp_ns: u64) {
+    /// Remembers where its visible side lay.
+    pub(super) fn leave_trail(&mut self, side: Chord, stamp_ns: u64) {
         if self.trail.is_empty() || stamp_ns.saturating_sub(self.trail_ns) >= TRAIL_APART_NS {
             if self.trail.is_full() {
                 self.trail.remove(0);
             }
-            let _ = self.trail.push(place);
+            let _ = self.trail.push(side);
             self.trail_ns = stamp_ns;
         }
     }
 
-    pub(super) fn trail(&self) -> &[Point] {
+    pub(super) fn trail(&self) -> &[Chord] {
         &self.trail
     }
 
