@@ -33,6 +33,10 @@ pub const TRACKS_MAX: usize = 32;
 const GATE2: f32 = 12.0;
 /// ...and as near as this, m.
 const GATE_M: f32 = 0.6;
+/// Whoever turns or stops is off by so much from where they were expected, m...
+const TURNING_SD_M: f32 = 0.07;
+/// ...and from this squared Mahalanobis distance on they have.
+const SURPRISE2: f32 = 16.0;
 /// Hits that make a track of what was seen once.
 const HITS_TO_CONFIRM: u32 = 2;
 /// Who is not seen where nothing hides them is forgotten after this time, s...
@@ -132,8 +136,8 @@ impl Tracker {
         for track in self.tracks.iter_mut().chain(&mut self.young) {
             track.predict(dt_s);
         }
-        pair(&mut self.tracks, &mut sightings, &self.memory, stamp_ns);
-        pair(&mut self.young, &mut sightings, &self.memory, stamp_ns);
+        pair(&mut self.tracks, &mut sightings, &self.memory, stamp_ns, dt_s);
+        pair(&mut self.young, &mut sightings, &self.memory, stamp_ns, dt_s);
         self.drop_lost();
         self.confirm();
         self.begin(&sightings, stamp_ns);
@@ -220,15 +224,16 @@ fn sighted(detection: &Detection, pose: Pose) -> Sighting {
 }
 
 /// Pairs tracks with what was seen, the likeliest first, and updates them.
-fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp_ns: u64) {
+fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp_ns: u64, dt_s: f32) {
     let mut pairs: Vec<(f32, u8, u8), 256> = Vec::new();
+    let turning = Matrix2::from_diagonal_element(TURNING_SD_M * TURNING_SD_M);
     for (index, track) in tracks.iter().enumerate() {
         for (other, sighting) in sightings.iter().enumerate().filter(|(_, sighting)| !sighting.is_taken) {
             let apart = sighting.center - track.filter.position;
             if apart.norm_squared() > GATE_M * GATE_M {
                 continue;
             }
-            let (distance2, spread) = track.filter.distance2(sighting.center, &sighting.cov);
+            let (distance2, spread) = track.filter.distance2(sighting.center, &(sighting.cov + turning));
             if distance2 < GATE2 {
                 let _ = pairs.push((distance2 + spread, index as u8, other as u8));
             }
@@ -243,6 +248,9 @@ fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp
         sighting.is_taken = true;
         track.unseen_s = 0.0;
         track.hits = track.hits.saturating_add(1);
+        if track.filter.distance2(sighting.center, &sighting.cov).0 > SURPRISE2 {
+            track.filter.surprise(dt_s);
+        }
         track.filter.update(sighting.center, &sighting.cov);
         track.radius_m += 0.2 * (sighting.radius_m - track.radius_m);
         if track.filter.velocity.norm() > STANDING_MPS {
@@ -260,7 +268,7 @@ fn evidence(track: &Track, sighting: &Sighting, memory: &Memory) -> f32 {
 
 /// Whether something nearer hides where a track should be.
 fn is_hidden(track: &Track, memory: &Memory) -> bool {
-    memory.now().beyond_m(track.filter.position).is_none_or(|beyond_m| beyond_m < -MARGIN_M)
+    memory.now().beyond_m(track.filter.position).is_some_and(|beyond_m| beyond_m < -MARGIN_M)
 }
 
 #[cfg(test)]

@@ -66,6 +66,14 @@ impl Filter {
         self.settle();
     }
 
+    /// Somebody who turned or stopped within the last `dt_s`: the velocity is hardly known any more.
+    pub(super) fn surprise(&mut self, dt_s: f32) {
+        let one = Matrix2::identity() * (VELOCITY_SD_MPS * VELOCITY_SD_MPS);
+        self.velocity_cov += one;
+        self.cross_cov += one * dt_s;
+        self.position_cov += one * (dt_s * dt_s);
+    }
+
     /// Rounding must not make a covariance asymmetric or negative.
     fn settle(&mut self) {
         for cov in [&mut self.position_cov, &mut self.velocity_cov] {
