@@ -9,7 +9,7 @@
 //! (when it decides), [`network`] (how it is evaluated), [`guard`] (what may leave), [`tick`] and [`controller`]
 //! (all of it), [`run_state`] (what it is doing), [`driver_guard`] (what the base obeys); [`reward`] and
 //! [`metrics`] judge the result, [`manifest`] says what a model is, [`testing`] makes up messages.
-#![no_std]
+
 
 pub mod twist;
 pub mod geometry;

@@ -217,7 +217,7 @@ fn sighted(detection: &Detection, pose: Pose) -> Sighting {
         center: place(detection.center),
         cov: turn * detection.cov * turn.transpose() + Matrix2::from_diagonal_element(legs),
         radius_m: detection.radius_m,
-        chord: Chord { right: place(detection.ends[0]), left: place(detection.ends[1]) },
+        chord: Chord { right: place(detection.ends[0]), left: place(detection.ends[1]), gap_m: detection.gap_m },
         stands_out: detection.stands_out,
         is_taken: false,
     }
@@ -263,7 +263,13 @@ fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp
 /// What speaks for having moved: to stand where it was free before, or to have left where it stood.
 fn evidence(track: &Track, sighting: &Sighting, memory: &Memory) -> f32 {
     let left = track.trail().iter().filter(|chord| memory.now().passed_through(chord)).count();
-    if memory.times_free(&sighting.chord) + left >= 2 { 1.0 } else { 0.0 }
+    if std::env::var("DBG").is_ok() && !track.has_moved {
+        let f = memory.times_free(&sighting.chord);
+        if f + left >= 2 {
+        std::eprintln!("  track {} hits {} evidence {} free {} left {} chord {:.2?} {:.2?} center {:.2?} v {:.2?} whole {}", track.id, track.hits, track.evidence, f, left, sighting.chord.right.coords.as_slice(), sighting.chord.left.coords.as_slice(), sighting.center.coords.as_slice(), track.filter.velocity.as_slice(), sighting.stands_out); }
+    }
+    let count = memory.times_free(&sighting.chord) + left;
+    (0.5 * (count as f32 - 1.0)).clamp(0.0, 1.0)
 }
 
 /// Whether something nearer hides where a track should be.

@@ -19,6 +19,8 @@ pub(super) const PERSON_RADIUS_M: f32 = 0.25;
 const WIDEST_M: f32 = 0.75;
 /// So much farther away is the background, m.
 const BACKGROUND_M: f32 = 0.25;
+/// A person bulges towards the robot; hollow by more than this is a corner, m.
+const HOLLOW_M: f32 = 0.1;
 /// So many failed beams in a row do not part a thing.
 const FAILED_MAX: usize = 2;
 /// Ranges and points of one thing differ at most by so much, m (points: and by a share of the beams' spacing).
@@ -49,6 +51,8 @@ pub(super) struct Detection {
     pub(super) radius_m: f32,
     /// Its rightmost and its leftmost point.
     pub(super) ends: [Point; 2],
+    /// Between neighbouring points of its surface, m.
+    pub(super) gap_m: f32,
     /// Whether it stands out from its background: a track may begin with it.
     pub(super) stands_out: bool,
     pub(super) is_leg: bool,
@@ -173,9 +177,21 @@ fn groups(line: &Line<'_>, from: usize, to: usize, joint: &Joint, each: &mut dyn
     }
 }
 
+/// Whether a group is as small as a person, and not hollow: what lies behind the line between its ends is the corner of a
+/// room.
 fn is_small(line: &Line<'_>, group: &Group) -> bool {
-    let (a, b) = (line.beam(group.first), line.beam(group.last));
-    (point_of(a) - point_of(b)).norm() < WIDEST_M
+    let (right, left) = (point_of(line.beam(group.first)), point_of(line.beam(group.last)));
+    let chord = left - right;
+    let width_m = chord.norm();
+    if width_m >= WIDEST_M {
+        return false;
+    }
+    let stride = group.hits.div_ceil(2 * POINTS_MAX);
+    let inner = (group.first + 1..group.last).step_by(stride).map(|place| line.beam(place));
+    // Counter-clockwise from its right end the robot lies to the left of the chord.
+    let behind_m = |beam: &Beam| (point_of(beam) - right).perp(&chord) / width_m.max(1e-3);
+    let deepest_m = inner.filter(|beam| beam.is_hit()).map(behind_m).fold(0.0, f32::max);
+    deepest_m < HOLLOW_M
 }
 
 /// What lies beside an end of a group.
@@ -234,6 +250,7 @@ fn add(line: &Line<'_>, group: &Group, found: &mut Vec<Detection, DETECTIONS_MAX
         cov,
         radius_m: if is_whole && is_resolved { (0.5 * width_m).clamp(0.05, 0.4) } else { PERSON_RADIUS_M },
         ends: [point_of(right), point_of(left)],
+        gap_m: (point_of(left) - point_of(right)).norm() / group.hits.max(2).saturating_sub(1) as f32,
         stands_out,
         is_leg,
     });

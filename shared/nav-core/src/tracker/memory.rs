@@ -7,21 +7,26 @@ use crate::scan::beams::Beams;
 use core::f32::consts::TAU;
 
 /// Scans, the newest among them.
-const SCANS: usize = 7;
+const SCANS: usize = 10;
 /// Time between kept scans at least, ns.
-const APART_NS: u64 = 150_000_000;
+const APART_NS: u64 = 190_000_000;
 /// Kept scans are used at most so old, ns: in a longer time odometry drifts.
-const OLDEST_NS: u64 = 1_200_000_000;
+const OLDEST_NS: u64 = 2_000_000_000;
 /// A beam that went on so much farther behind a place was free there, m.
 pub(super) const MARGIN_M: f32 = 0.2;
 /// Beams of a scan looked at for a chord at most.
 const PROBES: usize = 4;
+
+/// Ends of a thing's side are left out, because beams that graze an edge hit it or not by chance, m.
+const GRAZED_M: f32 = 0.03;
 
 /// The visible side of a thing in the `odom` frame: its ends, the left one counter-clockwise from the right one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chord {
     pub(super) right: Point,
     pub(super) left: Point,
+    /// Between neighbouring points of it that were hit, m. In a corner the side may lie half as far behind the chord.
+    pub(super) gap_m: f32,
 }
 
 /// A scan with the place it was taken from.
@@ -82,30 +87,35 @@ impl Seen {
         if range_m.is_nan() { None } else { Some(range_m.min(self.reach_m)) }
     }
 
-    /// Whether a beam went right through where the side of a thing lies now: nothing can have stood there. Only beams
-    /// between its ends count; whatever is thinner than the beams' spacing they could have passed on both sides.
+    /// Whether a beam went right through where the side of a thing lies now, or all beams beside it did: it cannot have stood
+    /// there. What is thinner than the beams' spacing they could have passed on both sides.
     pub(super) fn passed_through(&self, chord: &Chord) -> bool {
-        if self.count < 2 {
+        if self.count < 2 || chord.gap_m <= 0.0 {
             return false;
         }
         let ((right_rad, right_m), (left_rad, left_m)) = (self.polar(chord.right), self.polar(chord.left));
         let span_rad = if left_rad < right_rad { left_rad + TAU - right_rad } else { left_rad - right_rad };
-        // From the other side of it, or from within.
-        if span_rad > 0.5 * TAU {
+        // Seen from the other side, or from within.
+        if span_rad > 0.5 * TAU || span_rad < 1e-4 {
             return false;
         }
-        let first = libm::ceilf(right_rad / self.step_rad) as usize;
-        let last = libm::floorf((right_rad + span_rad) / self.step_rad) as usize;
-        if last < first {
-            return false;
+        let is_free = |beam: i32| {
+            let share = ((beam as f32 * self.step_rad - right_rad) / span_rad).clamp(0.0, 1.0);
+            let needed_m = right_m + (left_m - right_m) * share + MARGIN_M + 0.5 * chord.gap_m;
+            let index = if self.is_circle { beam.rem_euclid(self.count as i32) } else { beam };
+            usize::try_from(index).ok().and_then(|index| self.free_m(index)).is_some_and(|free_m| free_m > needed_m)
+        };
+        let grazed_rad = GRAZED_M / right_m.min(left_m).max(GRAZED_M);
+        let first = libm::ceilf((right_rad + grazed_rad) / self.step_rad) as i32;
+        let last = libm::floorf((right_rad + span_rad - grazed_rad) / self.step_rad) as i32;
+        if first <= last {
+            let stride = (last - first) as usize / PROBES + 1;
+            return (first..=last).step_by(stride).any(is_free);
         }
-        let stride = (last - first + 1).div_ceil(PROBES);
-        (first..=last).step_by(stride).any(|beam| {
-            let share = (beam as f32 * self.step_rad - right_rad) / span_rad.max(1e-6);
-            let chord_m = right_m + (left_m - right_m) * share;
-            let index = if self.is_circle && beam >= self.count { beam - self.count } else { beam };
-            self.free_m(index).is_some_and(|free_m| free_m > chord_m + MARGIN_M)
-        })
+        // Too few beams to go through: those on both sides must have passed.
+        let first = libm::floorf(right_rad / self.step_rad) as i32;
+        let last = libm::ceilf((right_rad + span_rad) / self.step_rad) as i32;
+        last - first <= PROBES as i32 && (first..=last).all(is_free)
     }
 
     /// How far behind a point of the `odom` frame it was free, m; negative for what was hidden. `None` where it is not known.
