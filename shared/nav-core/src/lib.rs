@@ -10,7 +10,6 @@
 //! (all of it), [`run_state`] (what it is doing), [`driver_guard`] (what the base obeys); [`reward`] and
 //! [`metrics`] judge the result, [`manifest`] says what a model is, [`testing`] makes up messages.
 
-
 pub mod twist;
 pub mod geometry;
 pub mod messages;

@@ -49,6 +49,10 @@ const LOST_YOUNG_S: f32 = 0.25;
 const SAME_M: f32 = 0.25;
 /// After a longer time without scans nobody is where they were, ns.
 const GAP_MAX_NS: u64 = 2_000_000_000;
+/// So many older scans that show the opposite are all that one scan counts for.
+const TIMES_ENOUGH: usize = 3;
+/// What is hit so close around somebody is theirs, m.
+const OWNED_M: f32 = 0.1;
 /// No owner.
 const NOBODY: u8 = u8::MAX;
 
@@ -198,10 +202,12 @@ impl Tracker {
         self.owners.fill(NOBODY);
         for (index, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.unseen_s <= 0.0) {
             let center = pose.local_from_parent(track.position);
-            let reach_m = track.radius_m.max(PERSON_RADIUS_M) + 0.1;
-            for (owner, beam) in self.owners.iter_mut().zip(beams.as_slice()) {
-                if beam.is_hit() && (point_of(beam) - center).norm_squared() < reach_m * reach_m {
-                    *owner = index as u8;
+            let reach_m = track.radius_m.max(PERSON_RADIUS_M) + OWNED_M;
+            let (first, count) = self.memory.now().window(track.position, reach_m);
+            let all = beams.as_slice();
+            for beam in (first..first + count).map(|beam| beam % all.len().max(1)) {
+                if all[beam].is_hit() && (point_of(&all[beam]) - center).norm_squared() < reach_m * reach_m {
+                    self.owners[beam] = index as u8;
                 }
             }
         }
@@ -217,7 +223,11 @@ fn sighted(detection: &Detection, pose: Pose) -> Sighting {
         center: place(detection.center),
         cov: turn * detection.cov * turn.transpose() + Matrix2::from_diagonal_element(legs),
         radius_m: detection.radius_m,
-        chord: Chord { right: place(detection.ends[0]), left: place(detection.ends[1]), gap_m: detection.gap_m },
+        chord: Chord {
+            right: place(detection.ends[0]),
+            left: place(detection.ends[1]),
+            gap_m: detection.gap_m,
+        },
         stands_out: detection.stands_out,
         is_taken: false,
     }
@@ -262,14 +272,12 @@ fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp
 
 /// What speaks for having moved: to stand where it was free before, or to have left where it stood.
 fn evidence(track: &Track, sighting: &Sighting, memory: &Memory) -> f32 {
-    let left = track.trail().iter().filter(|chord| memory.now().passed_through(chord)).count();
-    if std::env::var("DBG").is_ok() && !track.has_moved {
-        let f = memory.times_free(&sighting.chord);
-        if f + left >= 2 {
-        std::eprintln!("  track {} hits {} evidence {} free {} left {} chord {:.2?} {:.2?} center {:.2?} v {:.2?} whole {}", track.id, track.hits, track.evidence, f, left, sighting.chord.right.coords.as_slice(), sighting.chord.left.coords.as_slice(), sighting.center.coords.as_slice(), track.filter.velocity.as_slice(), sighting.stands_out); }
+    let mut count = memory.times_free(&sighting.chord, TIMES_ENOUGH);
+    if count < TIMES_ENOUGH {
+        count += track.trail().iter().filter(|chord| memory.now().passed_through(chord)).count();
     }
-    let count = memory.times_free(&sighting.chord) + left;
-    (0.5 * (count as f32 - 1.0)).clamp(0.0, 1.0)
+    // Once is chance.
+    (count as f32 - 1.0).clamp(0.0, TIMES_ENOUGH as f32 - 1.0) / (TIMES_ENOUGH as f32 - 1.0)
 }
 
 /// Whether something nearer hides where a track should be.

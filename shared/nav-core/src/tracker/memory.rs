@@ -1,7 +1,7 @@
 //! Scans of the last second: where it was free then. What stands now where it was free a moment ago has moved there,
 //! which no wall does, however the robot's own motion slides its visible part along.
 
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, Vector};
 use crate::messages::MAX_BEAMS;
 use crate::scan::beams::Beams;
 use core::f32::consts::TAU;
@@ -76,9 +76,14 @@ impl Seen {
     /// A point of the `odom` frame as seen from there: counter-clockwise from the first beam in [0, 2 pi), rad, and range, m.
     fn polar(&self, point: Point) -> (f32, f32) {
         let off = point - self.pose.position();
+        (self.turn_rad(off), off.norm())
+    }
+
+    /// The direction of a vector of the `odom` frame, counter-clockwise from the first beam in [0, 2 pi), rad.
+    fn turn_rad(&self, off: Vector) -> f32 {
         let (x, y) = (self.cos * off.x + self.sin * off.y, self.cos * off.y - self.sin * off.x);
         let turn_rad = libm::atan2f(y, x) - self.first_rad;
-        (if turn_rad < 0.0 { turn_rad + TAU } else { turn_rad }, libm::sqrtf(x * x + y * y))
+        if turn_rad < 0.0 { turn_rad + TAU } else { turn_rad }
     }
 
     /// How far it was free in the direction of a beam, m; `None` where that is not known.
@@ -93,29 +98,53 @@ impl Seen {
         if self.count < 2 || chord.gap_m <= 0.0 {
             return false;
         }
-        let ((right_rad, right_m), (left_rad, left_m)) = (self.polar(chord.right), self.polar(chord.left));
-        let span_rad = if left_rad < right_rad { left_rad + TAU - right_rad } else { left_rad - right_rad };
+        let (right, left) = (chord.right - self.pose.position(), chord.left - self.pose.position());
+        let (along, across) = (right.dot(&left), right.perp(&left));
         // Seen from the other side, or from within.
-        if span_rad > 0.5 * TAU || span_rad < 1e-4 {
+        if across <= 1e-4 || across > along {
             return false;
         }
+        let tangent = across / along;
+        let (right_rad, span_rad) = (self.turn_rad(right), tangent - 0.25 * tangent * tangent * tangent);
+        let (right_m, left_m) = (right.norm(), left.norm());
         let is_free = |beam: i32| {
             let share = ((beam as f32 * self.step_rad - right_rad) / span_rad).clamp(0.0, 1.0);
             let needed_m = right_m + (left_m - right_m) * share + MARGIN_M + 0.5 * chord.gap_m;
             let index = if self.is_circle { beam.rem_euclid(self.count as i32) } else { beam };
-            usize::try_from(index).ok().and_then(|index| self.free_m(index)).is_some_and(|free_m| free_m > needed_m)
+            usize::try_from(index)
+                .ok()
+                .and_then(|index| self.free_m(index))
+                .is_some_and(|free_m| free_m > needed_m)
         };
         let grazed_rad = GRAZED_M / right_m.min(left_m).max(GRAZED_M);
-        let first = libm::ceilf((right_rad + grazed_rad) / self.step_rad) as i32;
-        let last = libm::floorf((right_rad + span_rad - grazed_rad) / self.step_rad) as i32;
+        let first = ceil((right_rad + grazed_rad) / self.step_rad);
+        let last = floor((right_rad + span_rad - grazed_rad) / self.step_rad);
         if first <= last {
             let stride = (last - first) as usize / PROBES + 1;
             return (first..=last).step_by(stride).any(is_free);
         }
         // Too few beams to go through: those on both sides must have passed.
-        let first = libm::floorf(right_rad / self.step_rad) as i32;
-        let last = libm::ceilf((right_rad + span_rad) / self.step_rad) as i32;
+        let first = floor(right_rad / self.step_rad);
+        let last = ceil((right_rad + span_rad) / self.step_rad);
         last - first <= PROBES as i32 && (first..=last).all(is_free)
+    }
+
+    /// The beams that look at a disc: the first, and how many follow it counter-clockwise; some more than needed.
+    pub(super) fn window(&self, center: Point, radius_m: f32) -> (usize, usize) {
+        let (turn_rad, range_m) = self.polar(center);
+        let share = radius_m / range_m.max(1e-3);
+        // An arc sine is at most so much more than its argument up to 0.8.
+        if share > 0.8 || self.step_rad <= 0.0 {
+            return (0, self.count);
+        }
+        let half_rad = 1.16 * share;
+        let first = floor((turn_rad - half_rad) / self.step_rad);
+        let count = (2.0 * half_rad / self.step_rad) as usize + 2;
+        if self.is_circle {
+            return (first.rem_euclid(self.count.max(1) as i32) as usize, count.min(self.count));
+        }
+        // The far side of the first beam's direction: what begins before it may also lie just behind the last.
+        if first < 0 { (0, self.count) } else { (first as usize, count) }
     }
 
     /// How far behind a point of the `odom` frame it was free, m; negative for what was hidden. `None` where it is not known.
@@ -166,12 +195,24 @@ impl Memory {
         &self.scans[self.now]
     }
 
-    /// In how many of the older scans beams went through where the side of a thing lies now.
-    pub(super) fn times_free(&self, chord: &Chord) -> usize {
+    /// In how many of the older scans beams went through where the side of a thing lies now; `most` is enough.
+    pub(super) fn times_free(&self, chord: &Chord, most: usize) -> usize {
         let now_ns = self.now().stamp_ns;
-        let older = self.scans.iter().enumerate().filter(|(index, seen)| {
-            *index != self.now && seen.count > 0 && now_ns.saturating_sub(seen.stamp_ns) <= OLDEST_NS
-        });
-        older.filter(|(_, seen)| seen.passed_through(chord)).count()
+        // The oldest first: since then most has changed.
+        let older = (1..SCANS)
+            .map(|step| &self.scans[(self.now + step) % SCANS])
+            .filter(|seen| seen.count > 0 && now_ns.saturating_sub(seen.stamp_ns) <= OLDEST_NS);
+        older.filter(|seen| seen.passed_through(chord)).take(most).count()
     }
+}
+
+/// The next whole number at or below `value`: two instructions where `libm::floorf` is a call.
+fn floor(value: f32) -> i32 {
+    let truncated = value as i32;
+    truncated - i32::from((truncated as f32) > value)
+}
+
+/// The next whole number at or above `value`.
+fn ceil(value: f32) -> i32 {
+    -floor(-value)
 }
