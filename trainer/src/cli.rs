@@ -111,7 +111,8 @@ Exit status: 0 when all was driven, 1 on an error, 130 or 143 after Ctrl-C or SI
 pub struct EvaluateArgs {
     /// What drives, and what tables call it; any number of times. A POLICY is the folder of an exported model or of a
     /// finished run; flat:FOLDER is the low level of one alone, straight at the goal; astar and dijkstra know the
-    /// static map, reactive the newest scan (these need no LABEL; a folder of such a name is ./astar)
+    /// static map, reactive the newest scan, and clairvoyant the future: no robot, but what is possible (these need no
+    /// LABEL; a folder of such a name is ./astar)
     #[arg(long = "policy", value_name = "[LABEL=]POLICY")]
     pub policies: Vec<PolicyArg>,
     /// Without --policy: the model that drives as `hybrid`, with its own low level as `td3`, beside every rival

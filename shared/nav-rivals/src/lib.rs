@@ -1,12 +1,14 @@
 //! Floor 3: the classical rivals of the learned policies, driven by the same loop in the same worlds.
 //!
-//! Reading order: `follow` (the steering that all share), then one file a rival: [`planner`] (knows the map),
-//! [`reactive`] (knows the newest scan). A new one gets its file and a line in [`Rival`].
+//! Reading order: `follow` (the steering that all robots share), then one file a rival: [`planner`] (knows the map),
+//! [`reactive`] (knows the newest scan), [`clairvoyant`] (knows the future: no robot, but a ceiling for all). A new one
+//! gets its file and a line in [`Rival`].
 
 mod follow;
 
 pub mod planner;
 pub mod reactive;
+pub mod clairvoyant;
 
 use nav_core::task::Task;
 use nav_env::robot::Driver;
@@ -21,11 +23,13 @@ pub enum Rival {
     Dijkstra,
     /// Steers by the newest scan, without memory.
     Reactive,
+    /// Knows the future, and searches in time.
+    Clairvoyant,
 }
 
 impl Rival {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Astar, Self::Dijkstra, Self::Reactive];
+    pub const ALL: [Self; 4] = [Self::Astar, Self::Dijkstra, Self::Reactive, Self::Clairvoyant];
 
     /// Its name on command lines and in results.
     pub const fn id(self) -> &'static str {
@@ -33,6 +37,7 @@ impl Rival {
             Self::Astar => "astar",
             Self::Dijkstra => "dijkstra",
             Self::Reactive => "reactive",
+            Self::Clairvoyant => "clairvoyant",
         }
     }
 
@@ -47,6 +52,7 @@ impl Rival {
             Self::Astar => Box::new(planner::KnownMapPlanner::new(planner::Search::AStar, task)),
             Self::Dijkstra => Box::new(planner::KnownMapPlanner::new(planner::Search::Dijkstra, task)),
             Self::Reactive => Box::new(reactive::Reactive::new(task)),
+            Self::Clairvoyant => Box::new(clairvoyant::Clairvoyant::new(task)),
         }
     }
 }

@@ -44,3 +44,19 @@ fn a_path_on_the_map_is_followed_by_the_localised_pose() {
         assert_eq!(successes(&ends), ends.len(), "{rival}: {ends:?}");
     }
 }
+
+/// Wherever people walk, whoever knows where they will be gets through: the worlds are fair.
+#[test]
+fn the_clairvoyant_reaches_every_goal_among_people_and_the_same_way_again() {
+    for family in Family::ALL.into_iter().filter(|family| family.has_people()) {
+        let task = Task::default();
+        let mut driver = Rival::Clairvoyant.driver(&task);
+        let mut robot = SimulatedRobot::new(&task, &Disturbance::usual());
+        for seed in 0..12 {
+            let place = Place::generated(family, Split::Validation, seed, task.robot.radius_m);
+            let [once, again] = [(); 2].map(|()| robot.drive(&mut *driver, &place, false).metrics);
+            assert_eq!(once.end, EpisodeEnd::Success, "{}", place.world.name);
+            assert_eq!(once, again, "{}", place.world.name);
+        }
+    }
+}

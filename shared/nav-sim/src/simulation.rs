@@ -295,6 +295,16 @@ impl Simulation {
         soonest_s
     }
 
+    /// The base, with the commands that are on their way to it.
+    pub fn base(&self) -> &Base {
+        &self.base
+    }
+
+    /// Everybody, with what each is about to do.
+    pub fn crowd(&self) -> &Crowd {
+        &self.crowd
+    }
+
     /// Everybody, in the order of the world's people.
     pub fn people(&self) -> &[PersonState] {
         self.crowd.people()
