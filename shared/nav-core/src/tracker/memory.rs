@@ -13,7 +13,7 @@ const APART_NS: u64 = 190_000_000;
 /// Kept scans are used at most so old, ns: in a longer time odometry drifts.
 const OLDEST_NS: u64 = 2_000_000_000;
 /// A beam that went on so much farther behind a place was free there, m.
-pub(super) const MARGIN_M: f32 = 0.2;
+pub(super) const MARGIN_M: f32 = 0.12;
 /// Beams of a scan looked at for a chord at most.
 const PROBES: usize = 4;
 
