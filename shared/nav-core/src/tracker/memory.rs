@@ -18,7 +18,7 @@ pub(super) const MARGIN_M: f32 = 0.12;
 const PROBES: usize = 4;
 
 /// Ends of a thing's side are left out, because beams that graze an edge hit it or not by chance, m.
-const GRAZED_M: f32 = 0.03;
+const GRAZED_M: f32 = 0.015;
 
 /// The visible side of a thing in the `odom` frame: its ends, the left one counter-clockwise from the right one.
 #[derive(Clone, Copy, Debug)]

@@ -98,7 +98,7 @@ impl Track {
 
     /// Takes in how much speaks for it having moved in this scan: nothing speaks against it a little.
     pub(super) fn weigh(&mut self, evidence: f32) {
-        let change = if evidence > 0.0 { evidence } else { -0.34 };
+        let change = if evidence > 0.0 { evidence } else { -0.25 };
         self.evidence = (self.evidence + change).clamp(0.0, EVIDENCE_MAX);
         self.has_moved = self.evidence >= if self.has_moved { EVIDENCE_LEAST } else { EVIDENCE_ENOUGH };
     }
