@@ -40,7 +40,7 @@ const SURPRISE2: f32 = 16.0;
 /// Hits that make a track of what was seen once.
 const HITS_TO_CONFIRM: u32 = 2;
 /// Who is not seen where nothing hides them is forgotten after this time, s...
-const LOST_S: f32 = 0.5;
+const LOST_S: f32 = 0.4;
 /// ...who is hidden after this, s...
 const HIDDEN_S: f32 = 1.5;
 /// ...and what was seen but once after this, s.

@@ -4,7 +4,7 @@ use crate::geometry::{Point, Vector};
 use nalgebra::Matrix2;
 
 /// Standard deviation of the acceleration of whoever walks, m/s².
-const ACCELERATION_MPS2: f32 = 1.5;
+const ACCELERATION_MPS2: f32 = 1.2;
 /// Of a velocity nobody has measured yet, m/s.
 const VELOCITY_SD_MPS: f32 = 0.8;
 
