@@ -24,7 +24,7 @@ use crate::scan::beams::Beams;
 use crate::task::Task;
 use detect::{DETECTIONS_MAX, Detection, PERSON_RADIUS_M, detect, point_of};
 use heapless::Vec;
-use memory::{Chord, MARGIN_M, Memory};
+use memory::{Chord, MARGIN_M, Memory, Seen};
 use nalgebra::Matrix2;
 
 /// The most that are followed at a time.
@@ -136,7 +136,7 @@ impl Tracker {
         self.memory.take(beams, pose, stamp_ns);
         detect(beams, &mut self.found);
         let mut sightings: Vec<Sighting, DETECTIONS_MAX> =
-            self.found.iter().map(|detection| sighted(detection, pose)).collect();
+            self.found.iter().map(|detection| sighted(detection, self.memory.now())).collect();
         for track in self.tracks.iter_mut().chain(&mut self.young) {
             track.predict(dt_s);
         }
@@ -148,7 +148,7 @@ impl Tracker {
         for track in &mut self.tracks {
             track.publish();
         }
-        self.own(beams, pose);
+        self.own(beams);
     }
 
     /// Who was not seen for too long is dropped, and the younger of two that are one.
@@ -173,18 +173,32 @@ impl Tracker {
         }
     }
 
+    /// Who was seen often enough is followed. When all places are taken, the farthest that has never moved goes.
     fn confirm(&mut self) {
         let mut index = 0;
         while index < self.young.len() {
-            if self.young[index].hits >= HITS_TO_CONFIRM {
-                let track = self.young.remove(index);
-                let _ = self.tracks.push(track);
-            } else {
+            if self.young[index].hits < HITS_TO_CONFIRM {
                 index += 1;
+                continue;
             }
+            let track = self.young.remove(index);
+            if self.tracks.is_full() {
+                let here = self.memory.now().position();
+                let distance_m = |track: &Track| (track.filter.position - here).norm();
+                let standing = self.tracks.iter().enumerate().filter(|(_, track)| !track.has_moved());
+                let farthest = standing.max_by(|a, b| distance_m(a.1).total_cmp(&distance_m(b.1)));
+                match farthest {
+                    Some((other, farther)) if distance_m(farther) > distance_m(&track) => {
+                        let _ = self.tracks.remove(other);
+                    }
+                    _ => continue,
+                }
+            }
+            let _ = self.tracks.push(track);
         }
     }
 
+    /// What is left over may be somebody new.
     fn begin(&mut self, sightings: &[Sighting], stamp_ns: u64) {
         for sighting in sightings.iter().filter(|sighting| !sighting.is_taken && sighting.stands_out) {
             if self.young.is_full() {
@@ -198,13 +212,13 @@ impl Tracker {
     }
 
     /// Works out which beams hit somebody.
-    fn own(&mut self, beams: &Beams, pose: Pose) {
+    fn own(&mut self, beams: &Beams) {
+        let all = beams.as_slice();
         self.owners.fill(NOBODY);
         for (index, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.unseen_s <= 0.0) {
-            let center = pose.local_from_parent(track.position);
+            let center = self.memory.now().local_from_odom(track.position);
             let reach_m = track.radius_m.max(PERSON_RADIUS_M) + OWNED_M;
             let (first, count) = self.memory.now().window(track.position, reach_m);
-            let all = beams.as_slice();
             for beam in (first..first + count).map(|beam| beam % all.len().max(1)) {
                 if all[beam].is_hit() && (point_of(&all[beam]) - center).norm_squared() < reach_m * reach_m {
                     self.owners[beam] = index as u8;
@@ -214,10 +228,9 @@ impl Tracker {
     }
 }
 
-fn sighted(detection: &Detection, pose: Pose) -> Sighting {
-    let (sin, cos) = libm::sincosf(pose.yaw_rad);
-    let turn = Matrix2::new(cos, -sin, sin, cos);
-    let place = |local: Point| pose.position() + turn * local.coords;
+fn sighted(detection: &Detection, now: &Seen) -> Sighting {
+    let turn = now.turn();
+    let place = |local: Point| now.odom_from_local(local);
     let legs = if detection.is_leg { 0.1 * 0.1 } else { 0.01 * 0.01 };
     Sighting {
         center: place(detection.center),

@@ -149,7 +149,20 @@ impl Judge<'_> {
                 if self.verbose {
                     let d = (truth.position - self.messages.odom.pose.position()).norm();
                     let err = track.velocity - truth.velocity;
-                    println!("W,{},{:.2},{:.2},{},{:.3},{},{:.2},{:.2},{:.2},{:.2},{:.2}", simulation.world().name, d, truth.velocity.norm(), u32::from(track.is_moving()), err.norm(), track.id, track.age_s, appearance.seen_s, self.messages.odom.linear_mps, track.unseen_s, (track.position-truth.position).norm());
+                    println!(
+                        "W,{},{:.2},{:.2},{},{:.3},{},{:.2},{:.2},{:.2},{:.2},{:.2}",
+                        simulation.world().name,
+                        d,
+                        truth.velocity.norm(),
+                        u32::from(track.is_moving()),
+                        err.norm(),
+                        track.id,
+                        track.age_s,
+                        appearance.seen_s,
+                        self.messages.odom.linear_mps,
+                        track.unseen_s,
+                        (track.position - truth.position).norm()
+                    );
                 }
                 self.counts.velocity_mps.push((track.velocity - truth.velocity).norm());
                 self.counts.position_m.push((track.position - truth.position).norm());

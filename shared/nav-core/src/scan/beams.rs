@@ -6,7 +6,13 @@
 use super::ranges::meaning_m;
 use crate::messages::{LaserScan, MAX_BEAMS};
 use core::f32::consts::TAU;
+use core::ops::Range;
 use heapless::Vec;
+
+/// Steps from beam to beam that make sense, rad.
+pub(super) const INCREMENT_RAD: Range<f32> = 1e-4..7.0;
+/// Headers begin within this, rad.
+pub(super) const ANGLE_MIN_RAD: f32 = 100.0;
 
 /// A measured beam, in the robot frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +88,8 @@ impl Beams {
         self.step_rad = scan.angle_increment_rad.abs();
         self.is_circle = false;
         let measured = scan.ranges_m().len();
-        let is_number = scan.angle_min_rad.is_finite() && self.step_rad.is_finite();
-        if !is_number || self.step_rad <= 0.0 {
+        let is_fine = scan.angle_min_rad.abs() < ANGLE_MIN_RAD && INCREMENT_RAD.contains(&self.step_rad);
+        if !is_fine {
             return;
         }
         let around = (libm::roundf(TAU / self.step_rad) as usize).max(1);
@@ -179,10 +185,10 @@ mod tests {
         assert_eq!(layout(360, TAU / 359.0), (359, true), "the last beam looks where the first did");
         assert_eq!(layout(720, TAU / 360.0), (360, true));
         assert_eq!(layout(270, TAU / 360.0), (270, false));
-        for nonsense in [0.0, f32::NAN, f32::INFINITY] {
+        for nonsense in [0.0, 1e-9, 8.0, f32::NAN, f32::INFINITY] {
             assert_eq!(layout(360, nonsense), (0, false));
         }
-        assert_eq!(layout(5000, 1e-9).0, MAX_BEAMS);
+        assert_eq!(layout(5000, 1e-3).0, MAX_BEAMS);
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! What a range means is said in `ranges.rs`.
 
 use super::Misfit;
+use super::beams::{ANGLE_MIN_RAD, INCREMENT_RAD};
 use super::ranges::meaning_m;
 use super::recall::Recall;
 use crate::geometry::{Pose, wrap_angle};
@@ -93,8 +94,9 @@ impl ScanReader {
         let LaserScan { angle_min_rad, angle_increment_rad, range_min_m, range_max_m, beam_count, .. } =
             *scan;
         let lidar = self.task.lidar;
-        let is_number = angle_min_rad.abs() < 100.0 && range_min_m.is_finite() && !range_max_m.is_nan();
-        if !is_number || !(1e-4..7.0).contains(&angle_increment_rad.abs()) {
+        let is_number =
+            angle_min_rad.abs() < ANGLE_MIN_RAD && range_min_m.is_finite() && !range_max_m.is_nan();
+        if !is_number || !INCREMENT_RAD.contains(&angle_increment_rad.abs()) {
             return Err(Misfit::Header { angle_min_rad, angle_increment_rad, range_min_m, range_max_m });
         }
         if beam_count as usize > MAX_BEAMS {

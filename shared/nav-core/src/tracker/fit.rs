@@ -8,7 +8,7 @@ const SURFACE_SD_M: f32 = 0.03;
 /// As many points of a surface are looked at: more tell little more, because a body is not exactly round.
 pub(super) const POINTS_MAX: usize = 8;
 /// Rounds of Gauss-Newton.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 /// What is known before the surface is looked at, robot frame.
 #[derive(Clone, Copy, Debug)]

@@ -5,6 +5,7 @@ use crate::geometry::{Point, Pose, Vector};
 use crate::messages::MAX_BEAMS;
 use crate::scan::beams::Beams;
 use core::f32::consts::TAU;
+use nalgebra::Matrix2;
 
 /// Scans, the newest among them.
 const SCANS: usize = 10;
@@ -71,6 +72,27 @@ impl Seen {
         for (range_m, beam) in self.ranges_m.iter_mut().zip(beams.as_slice()) {
             *range_m = beam.range_m;
         }
+    }
+
+    /// Where it was taken, `odom` frame.
+    pub(super) fn position(&self) -> Point {
+        self.pose.position()
+    }
+
+    /// A point of its robot frame in the `odom` frame.
+    pub(super) fn odom_from_local(&self, local: Point) -> Point {
+        self.pose.position() + self.turn() * local.coords
+    }
+
+    /// The turn from its robot frame to the `odom` frame.
+    pub(super) fn turn(&self) -> Matrix2<f32> {
+        Matrix2::new(self.cos, -self.sin, self.sin, self.cos)
+    }
+
+    /// A point of the `odom` frame in its robot frame.
+    pub(super) fn local_from_odom(&self, point: Point) -> Point {
+        let off = point - self.pose.position();
+        Point::new(self.cos * off.x + self.sin * off.y, self.cos * off.y - self.sin * off.x)
     }
 
     /// A point of the `odom` frame as seen from there: counter-clockwise from the first beam in [0, 2 pi), rad, and range, m.
