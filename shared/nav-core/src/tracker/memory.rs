@@ -18,6 +18,8 @@ pub(super) const MARGIN_M: f32 = 0.12;
 /// Beams of a scan looked at for a chord at most.
 const PROBES: usize = 4;
 
+/// Sine of the angle at which a side must be looked at: along a wall, centimetres decide what is passed.
+const SLANT_SIN: f32 = 0.5;
 /// Ends of a thing's side are left out, because beams that graze an edge hit it or not by chance, m.
 const GRAZED_M: f32 = 0.015;
 
@@ -124,6 +126,9 @@ impl Seen {
         let (along, across) = (right.dot(&left), right.perp(&left));
         // Seen from the other side, or from within.
         if across <= 1e-4 || across > along {
+            return false;
+        }
+        if across < SLANT_SIN * right.norm() * (left - right).norm() {
             return false;
         }
         let tangent = across / along;
