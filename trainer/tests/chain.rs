@@ -1,49 +1,11 @@
 //! The trainer as people use it: train, be killed, resume, export, evaluate; and wrong inputs.
 
+mod support;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::time::{Duration, Instant};
-
-/// A run of seconds whose gate anything passes.
-const TINY: &str = "
-worlds_per_family = 4
-[low]
-envs = 4
-env_steps = 3000
-warmup_steps = 500
-batch = 32
-families = ['clutter', 'u_trap']
-td3.hidden = [16]
-[high]
-envs = 4
-decisions = 1500
-warmup_decisions = 100
-batch = 32
-families = ['clutter', 'u_trap']
-dqn.hidden = [16]
-deviation_margins = [0.0, 0.5]
-[gate]
-low_reach = 0.0
-low_collision = 1.0
-spin = 1.0
-worlds = 2
-clutter_success = 0.0
-u_trap_success = 0.0
-choosing_worlds = 2
-static_collision = 1.0
-people_collision = 1.0
-";
-
-fn trainer(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trainer"));
-    command.current_dir(folder).args(arguments);
-    // The library lies in the checkout, the test runs elsewhere.
-    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.tools/onnxruntime/libonnxruntime.so");
-    if std::env::var_os("ORT_DYLIB_PATH").is_none_or(|path| !Path::new(&path).is_absolute()) {
-        command.env("ORT_DYLIB_PATH", library);
-    }
-    command
-}
+use support::{TINY, trainer};
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     trainer(folder, arguments).output().expect("the trainer starts")

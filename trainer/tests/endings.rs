@@ -1,22 +1,11 @@
 //! How the trainer ends: the one convention of exit codes (`nav_host::exit`), also when nobody reads what it says.
 
+mod support;
+
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
-
-/// Worlds that are made in a moment.
-const FEW_WORLDS: &str = "worlds_per_family = 4\n[low]\nenvs = 4\n";
-
-fn trainer(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trainer"));
-    command
-        .current_dir(folder)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    command
-}
+use support::{FEW_WORLDS, signal, silent};
 
 fn code(command: &mut Command) -> Option<i32> {
     command.status().expect("the trainer starts").code()
@@ -26,19 +15,13 @@ fn code(command: &mut Command) -> Option<i32> {
 fn training(folder: &Path, stderr: Stdio) -> Child {
     std::fs::write(folder.join("few.toml"), FEW_WORLDS).expect("written");
     let arguments = ["train", "--config", "few.toml", "--out", "run"];
-    let mut child = trainer(folder, &arguments).stderr(stderr).spawn().expect("the trainer starts");
+    let mut child = silent(folder, &arguments).stderr(stderr).spawn().expect("the trainer starts");
     // The folder is made after the trainer has begun to listen.
     while !folder.join("run/config.toml").exists() {
         assert!(child.try_wait().expect("our own child").is_none(), "it ended by itself");
         std::thread::sleep(Duration::from_millis(5));
     }
     child
-}
-
-fn signal(child: &Child, signal: i32) {
-    let process = i32::try_from(child.id()).expect("a process id");
-    // SAFETY: the process is our own child and was not waited for.
-    assert_eq!(unsafe { libc::kill(process, signal) }, 0, "it runs");
 }
 
 #[test]
@@ -54,15 +37,15 @@ fn each_signal_has_its_code() {
 #[test]
 fn a_line_that_makes_no_sense_is_told_from_work_that_cannot_be_done() {
     let folder = tempfile::tempdir().expect("a folder");
-    assert_eq!(code(&mut trainer(folder.path(), &["fly"])), Some(2));
-    assert_eq!(code(&mut trainer(folder.path(), &["export"])), Some(1));
-    assert_eq!(code(&mut trainer(folder.path(), &["--help"])), Some(0));
+    assert_eq!(code(&mut silent(folder.path(), &["fly"])), Some(2));
+    assert_eq!(code(&mut silent(folder.path(), &["export"])), Some(1));
+    assert_eq!(code(&mut silent(folder.path(), &["--help"])), Some(0));
 }
 
 #[test]
 fn nobody_reads_what_is_printed() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut printing = trainer(folder.path(), &["train", "--print-config"]);
+    let mut printing = silent(folder.path(), &["train", "--print-config"]);
     let mut child = printing.stdout(Stdio::piped()).spawn().expect("the trainer starts");
     drop(child.stdout.take());
     assert_eq!(child.wait().expect("reaped").code(), Some(0), "results to a closed pipe");

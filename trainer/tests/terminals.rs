@@ -1,38 +1,14 @@
 //! Whatever becomes of the terminal, no training and no evaluation is lost.
 
+mod support;
+
 use std::fs::File;
 use std::io::{PipeReader, PipeWriter, Write as _};
 use std::os::fd::AsRawFd as _;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
-
-/// Worlds that are made in a moment.
-const FEW_WORLDS: &str = "worlds_per_family = 4\n[low]\nenvs = 4\n";
-
-fn trainer(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trainer"));
-    command
-        .current_dir(folder)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    command
-}
-
-/// The same in a shell that redirects its outputs.
-fn redirected(folder: &Path, arguments: &[&str], outputs: &str) -> Command {
-    let mut command = Command::new("sh");
-    command.args(["-c", &format!("exec \"$0\" \"$@\" {outputs}"), env!("CARGO_BIN_EXE_trainer")]);
-    command
-        .current_dir(folder)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    command
-}
+use support::{FEW_WORLDS, TINY, redirected, signal, silent};
 
 /// A pipe that takes nothing more.
 fn full_pipe() -> (PipeReader, PipeWriter) {
@@ -47,12 +23,6 @@ fn full_pipe() -> (PipeReader, PipeWriter) {
     }
     set(0);
     (reader, writer)
-}
-
-fn signal(child: &Child, signal: i32) {
-    let process = i32::try_from(child.id()).expect("a process id");
-    // SAFETY: the process is our own child and was not waited for.
-    assert_eq!(unsafe { libc::kill(process, signal) }, 0, "it runs");
 }
 
 /// The exit code, which comes soon; else the child is killed.
@@ -100,14 +70,14 @@ fn a_training_is_saved_whatever_its_words_are_worth() {
 fn a_training_is_saved_when_nobody_takes_its_words() {
     let (_reader, writer) = full_pipe();
     trained_and_hung_up("a full pipe", |folder| {
-        let mut command = trainer(folder, &TRAIN);
+        let mut command = silent(folder, &TRAIN);
         command.stderr(writer);
         command
     });
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
     trained_and_hung_up("a closed pipe", |folder| {
-        let mut command = trainer(folder, &TRAIN);
+        let mut command = silent(folder, &TRAIN);
         command.stdout(writer.try_clone().expect("a copy")).stderr(writer);
         command
     });
@@ -137,20 +107,12 @@ fn an_evaluation_is_written_whatever_its_words_are_worth() {
     for outputs in ["2>/dev/full >/dev/full", "2>&- >&-", ">/dev/full", "2>/dev/full | true"] {
         let folder = tempfile::tempdir().expect("a folder");
         let mut command = redirected(folder.path(), &evaluate, outputs);
-        if outputs.contains('|') {
-            let line = format!("(\"$0\" \"$@\" {outputs}) ; sleep 0.1");
-            command = Command::new("sh");
-            command
-                .current_dir(folder.path())
-                .args(["-c", &line, env!("CARGO_BIN_EXE_trainer")])
-                .args(evaluate);
-        }
         assert_eq!(command.status().expect("it starts").code(), Some(0), "{outputs}");
         kept(folder.path(), outputs);
     }
     let folder = tempfile::tempdir().expect("a folder");
     let (_reader, writer) = full_pipe();
-    let mut command = trainer(folder.path(), &evaluate);
+    let mut command = silent(folder.path(), &evaluate);
     command.stdout(writer.try_clone().expect("a copy")).stderr(writer);
     let child = command.spawn().expect("it starts");
     let started = Instant::now();
@@ -162,6 +124,39 @@ fn an_evaluation_is_written_whatever_its_words_are_worth() {
     // Done or stopped just before the end: it does not hang.
     assert!(matches!(code_soon(child), Some(0 | 143)));
     kept(folder.path(), "a full pipe");
+}
+
+#[test]
+fn a_model_is_exported_whatever_the_words_are_worth() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    std::fs::write(here.join("tiny.toml"), TINY).expect("written");
+    let train = ["train", "--config", "tiny.toml", "--algorithm", "td3", "--out", "run"];
+    assert_eq!(silent(here, &train).status().expect("it starts").code(), Some(0));
+    let exported = |out: &str, mut command: Command| {
+        assert_eq!(command.status().expect("it starts").code(), Some(0), "{out}");
+        let read = nav_model::model::Model::read(&here.join(out));
+        read.unwrap_or_else(|error| panic!("{out}: {error}"));
+    };
+    for (index, outputs) in [">/dev/full 2>/dev/full", "2>/dev/full", ">&- 2>&-", ">&-", "2>/dev/full | true"]
+        .into_iter()
+        .enumerate()
+    {
+        let out = format!("model-{index}");
+        // What a pipe comes to is what its last program says.
+        let outputs = outputs.replace("| true", "| true; test -e \"$5/manifest.json\"");
+        exported(&out, redirected(here, &["export", "--run", "run", "--out", &out], &outputs));
+    }
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let mut closed = silent(here, &["export", "--run", "run", "--out", "closed"]);
+    closed.stdout(writer.try_clone().expect("a copy")).stderr(writer);
+    exported("closed", closed);
+    // A refusal that nobody hears is still one.
+    let refused = |outputs| {
+        redirected(here, &["export", "--run", "absent"], outputs).status().expect("it starts").code()
+    };
+    assert_eq!(["2>/dev/full", "2>&-"].map(refused), [Some(1); 2]);
 }
 
 #[test]
@@ -184,7 +179,7 @@ fn the_manual_page_and_the_completions_know_every_subcommand() {
         ("fish", ["complete -c trainer", "resume", "worlds", "run", "out", "evaluate"]),
     ] {
         let file = folder.path().join(what);
-        let mut command = trainer(folder.path(), &["--print-manual", what]);
+        let mut command = silent(folder.path(), &["--print-manual", what]);
         command.stdout(File::create(&file).expect("a file"));
         assert_eq!(command.status().expect("it starts").code(), Some(0), "{what}");
         let text = std::fs::read_to_string(&file).expect("text");

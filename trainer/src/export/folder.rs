@@ -25,7 +25,7 @@ pub(super) fn replace_folder(
         anyhow::bail!("{} is no folder that can be replaced: give one of its own", folder.display());
     };
     let prefix = format!(".{}.new-", name.to_string_lossy());
-    remove_left(parent, &prefix);
+    remove_left(parent, &prefix, &folder);
     let new = parent.join(format!("{prefix}{}", std::process::id()));
     let filled = fs::create_dir(&new)
         .with_context(|| format!("cannot make a folder in {}", parent.display()))
@@ -43,13 +43,18 @@ pub(super) fn replace_folder(
     fs::File::open(parent).and_then(|parent| parent.sync_all()).with_context(cannot)
 }
 
-/// Removes what exports that were killed left behind; one that lives keeps its own.
-fn remove_left(parent: &Path, prefix: &str) {
+/// Removes what exports that were killed left behind; one that lives keeps its own. Folders of an old model that were not yet
+/// brought into the new one, `folder`, are brought there now.
+fn remove_left(parent: &Path, prefix: &str, folder: &Path) {
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let process = name.to_str().and_then(|name| name.strip_prefix(prefix)?.parse::<u32>().ok());
-        if process.is_some_and(|process| !Path::new(&format!("/proc/{process}")).exists()) {
-            // What cannot be removed is in nobody's way.
+        let is_left = process.is_some_and(|process| !Path::new(&format!("/proc/{process}")).exists());
+        // What cannot be moved stays where it is, and what cannot be removed is in nobody's way.
+        if is_left
+            && entry.file_type().is_ok_and(|kind| kind.is_dir())
+            && move_folders(&entry.path(), folder).is_ok()
+        {
             let _ = fs::remove_dir_all(entry.path());
         }
     }
@@ -116,13 +121,34 @@ mod tests {
         });
         assert!(failed.is_err_and(|error| error.to_string().contains("full")));
         assert_eq!(fs::read_to_string(models.join("td3.onnx")).expect("there"), "first");
-        // A dead export's left-overs, and a file that the next model does not have.
+        // What a dead export left, and a file that the next model does not have.
         fs::create_dir(root.path().join(".models.new-4294967294")).expect("made");
         fs::write(models.join("dqn.onnx"), "old").expect("written");
         replace_folder(&models, &["td3.onnx", "dqn.onnx"], write("second")).expect("the second");
         assert_eq!(fs::read_to_string(models.join("td3.onnx")).expect("there"), "second");
         assert_eq!(names(&models), ["notes.txt", "pictures", "td3.onnx"]);
         assert_eq!(names(root.path()), ["models"]);
+    }
+
+    /// Killed after the exchange: the old model lies aside, with a folder of the user in it.
+    #[test]
+    fn a_user_s_folder_is_not_lost_with_an_export_that_was_killed() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let (models, left) = (root.path().join("models"), root.path().join(".models.new-4294967294"));
+        fs::create_dir_all(left.join("pictures")).expect("made");
+        fs::write(left.join("pictures/one.png"), "mine").expect("written");
+        fs::write(left.join("td3.onnx"), "old").expect("written");
+        replace_folder(&models, &["td3.onnx"], |new| Ok(fs::write(new.join("td3.onnx"), "new")?))
+            .expect("exported");
+        assert_eq!(names(&models), ["pictures", "td3.onnx"]);
+        assert_eq!(fs::read_to_string(models.join("pictures/one.png")).expect("there"), "mine");
+        assert_eq!(names(root.path()), ["models"]);
+        // A folder of that name is there already: nothing is removed that cannot be brought back.
+        fs::create_dir_all(left.join("pictures")).expect("made");
+        fs::write(left.join("pictures/one.png"), "another").expect("written");
+        replace_folder(&models, &["td3.onnx"], |_| Ok(())).expect("exported");
+        assert_eq!(fs::read_to_string(models.join("pictures/one.png")).expect("there"), "mine");
+        assert_eq!(fs::read_to_string(left.join("pictures/one.png")).expect("there"), "another");
     }
 
     #[test]
