@@ -3,13 +3,17 @@
 mod support;
 
 use minisign::KeyPair;
+use nav_core::manifest::Manifest;
 use nav_model::model::Model;
 use serde_json::Value;
 use std::fs;
 use std::io::Cursor;
 use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 use support::programs::run;
-use support::{Stage, read_json};
+use support::{Stage, fixture, read_json};
 
 /// Paths to every field of an object and of those within it.
 fn fields(value: &Value, path: &str, into: &mut Vec<String>) {
@@ -155,4 +159,76 @@ fn a_folder_of_links_is_a_model() {
     fs::remove_file(model.join("td3.onnx")).expect("removed");
     symlink(stage.path("td3.onnx"), model.join("td3.onnx")).expect("linked");
     run("runtime", &stage, &["check"]).refused(&["symbolic link to elsewhere"]);
+}
+
+/// As exporters write large models: the weights in a file of their own, which the manifest vouches for.
+#[test]
+fn weights_in_a_file_of_their_own_are_read_where_the_manifest_vouches_for_it() {
+    let stage = Stage::new();
+    let (model, weights) = (stage.model(), stage.model().join("td3.onnx.data"));
+    fixture::keep_weights_apart(&model);
+    run("runtime", &stage, &["check"]).refused(&["td3.onnx.data", "the manifest does not list"]);
+    let mut manifest = fixture::manifest(&model);
+    manifest.data = std::iter::once(fixture::entry(&model, "td3.onnx.data")).collect();
+    fixture::write_manifest(&model, &manifest);
+    assert!(run("runtime", &stage, &["check"]).succeeded().stdout.contains("ok  td3.onnx.data: SHA-256"));
+    let bytes = fs::read(&weights).expect("weights");
+    fs::write(&weights, [bytes.as_slice(), &[0]].concat()).expect("written");
+    run("runtime", &stage, &["check"]).refused(&["td3.onnx.data", "its SHA-256 is"]);
+    fs::remove_file(&weights).expect("removed");
+    run("runtime", &stage, &["check"]).refused(&["td3.onnx.data"]);
+    fs::write(stage.path("elsewhere"), &bytes).expect("written");
+    symlink(stage.path("elsewhere"), &weights).expect("linked");
+    run("runtime", &stage, &["check"]).refused(&["td3.onnx.data", "symbolic link to elsewhere"]);
+    let mut entry = fixture::entry(&stage.path(""), "elsewhere");
+    entry.file = "../elsewhere".try_into().expect("a short text");
+    manifest.data = std::iter::once(entry).collect();
+    fixture::write_manifest(&model, &manifest);
+    run("runtime", &stage, &["check"]).refused(&["not a plain name"]);
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir(to).expect("made");
+    for entry in fs::read_dir(from).expect("a folder").flatten() {
+        fs::copy(entry.path(), to.join(entry.file_name())).expect("copied");
+    }
+}
+
+/// A model that is replaced while it is read, as an export does it, is one of the two and never half of each.
+#[test]
+fn a_model_that_is_replaced_while_it_is_read_is_one_or_the_other() {
+    let stage = Stage::new();
+    let (current, first, other) = (stage.path("current"), stage.model(), stage.path("other"));
+    fixture::write_model(&other);
+    let golden = fs::read(other.join("golden.json")).expect("golden pairs");
+    fs::write(other.join("golden.json"), [golden.as_slice(), b" "].concat()).expect("written");
+    let manifest = Manifest { seed: 1, ..fixture::manifest(&other) };
+    fixture::write_manifest(&other, &manifest);
+    symlink(&first, &current).expect("linked");
+    let is_over = AtomicBool::new(false);
+    let seeds: Vec<u64> = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            // Each time a new folder, as exports make them; the one before is removed.
+            let mut old = None;
+            for turn in 0.. {
+                let (new, next) = (stage.path(&format!("model-{turn}")), stage.path("next"));
+                copy_folder(if turn % 2 == 0 { &other } else { &first }, &new);
+                symlink(&new, &next).expect("linked");
+                fs::rename(&next, &current).expect("replaced");
+                if let Some(old) = old.replace(new) {
+                    fs::remove_dir_all(old).expect("removed");
+                }
+                // Rarely enough for whole readings in between.
+                std::thread::sleep(Duration::from_millis(30));
+                if is_over.load(Ordering::Relaxed) {
+                    return;
+                }
+            }
+        });
+        let read = |_| Model::read(&current).map(|model| model.manifest().seed);
+        let seeds: Result<_, _> = (0..400).map(read).collect();
+        is_over.store(true, Ordering::Relaxed);
+        seeds.unwrap_or_else(|error| panic!("{error}"))
+    });
+    assert!(seeds.contains(&0) && seeds.contains(&1), "it was replaced: {seeds:?}");
 }

@@ -16,7 +16,7 @@ mod card;
 mod folder;
 
 use anyhow::{Context, Result, bail};
-use nav_core::manifest::MANIFEST_FILE;
+use nav_core::manifest::{MANIFEST_FILE, SIGNATURE_FILE};
 use nav_host::files::write_atomically;
 use nav_host::sha256::sha256_hex;
 use nav_model::model::{Golden, GoldenPair, Model, actor_contract, scorer_contract};
@@ -67,7 +67,8 @@ pub fn export(policy: &Policy, folder: &Path) -> Result<String> {
             Some(bytes)
         }
     };
-    let ours = [TD3, DQN, GOLDEN, CARD, MANIFEST_FILE];
+    // A signature of the manifest that is replaced is worth nothing under the new one.
+    let ours = [TD3, DQN, GOLDEN, CARD, MANIFEST_FILE, SIGNATURE_FILE];
     let mut golden_difference = 0.0;
     replace_folder(folder, &ours, |new| {
         write_folder(policy, new, &td3, dqn.as_deref(), &golden)?;

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub const MANIFEST_FORMAT: u32 = 1;
 /// File name of the manifest within a model folder.
 pub const MANIFEST_FILE: &str = "manifest.json";
+/// File name of a signature of the manifest, where somebody signed it: minisign's.
+pub const SIGNATURE_FILE: &str = "manifest.json.minisig";
 /// The fewest golden pairs a network must come with.
 pub const GOLDEN_PAIRS_MIN: usize = 32;
 
@@ -95,6 +97,10 @@ pub struct Manifest {
     pub dqn: Option<FileEntry>,
     /// Golden pairs of every network.
     pub golden: FileEntry,
+    /// Files that hold weights of the networks, where an exporter kept them apart (ONNX external data); this project's
+    /// trainer never does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub data: Vec<FileEntry, 4>,
     /// How it did, in process, with the exported weights.
     pub evaluation: Vec<EvaluationRow, 32>,
 }
@@ -161,8 +167,8 @@ impl Manifest {
         if (self.algorithm == Algorithm::Hybrid) != self.dqn.is_some() {
             return Err(ManifestError::Networks);
         }
-        let files = [Some(&self.td3), self.dqn.as_ref(), Some(&self.golden)];
-        if files.into_iter().flatten().any(|entry| !is_plain_name(&entry.file)) {
+        let mut files = [&self.td3, &self.golden].into_iter().chain(&self.dqn).chain(&self.data);
+        if files.any(|entry| !is_plain_name(&entry.file)) {
             return Err(ManifestError::FileName);
         }
         Ok(())

@@ -68,8 +68,8 @@ pub fn lines(model: &Model) -> Vec<String> {
         task.robot.angular_max_radps,
         task.robot.radius_m
     ));
-    let files = [Some(&manifest.td3), manifest.dqn.as_ref(), Some(&manifest.golden)];
-    lines.extend(files.into_iter().flatten().map(hash_line));
+    let networks = [&manifest.td3].into_iter().chain(&manifest.dqn);
+    lines.extend(networks.chain([&manifest.golden]).chain(&manifest.data).map(hash_line));
     for (name, network) in [("td3", Some(model.td3())), ("dqn", model.dqn())] {
         let Some(network) = network else { continue };
         lines.push(format!(

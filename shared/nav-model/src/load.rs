@@ -1,7 +1,7 @@
 //! From untrusted ONNX bytes to a network that runs without allocating.
 //!
 //! [`read_file`] reads and hashes a file; [`load_network`] takes its bytes through
-//! 1. the preflight: bounds, an operator allow-list, finite weights, exact names and shapes;
+//! 1. the preflight, once weights of other files and widths are plain ones: bounds, an operator allow-list, finite weights, exact names and shapes;
 //! 2. tract, which parses, types and declutters the graph;
 //! 3. lowering to [`nav_core::network`] and packing into an [`Arena`] on huge pages;
 //! 4. parity: executor and tract must agree on [`PARITY_CASES`] inputs within [`PARITY_TOLERANCE`].
@@ -13,11 +13,15 @@
 //! One input and one output, both matrices of `f32`, and the operators Gemm, MatMul, Add, Sub, Mul, Div, Max, Min, Clip, Relu,
 //! LeakyRelu, Tanh, Sigmoid, SiLU (as `x * Sigmoid(x)`), Softplus, LayerNormalization (also spelled out with Pow and Sqrt),
 //! ReduceSum and ReduceMean over the last axis, Flatten, Reshape, Squeeze, Unsqueeze, Slice, Split, Concat, Identity, Constant;
-//! of weights also Cast and Transpose. Weights that nothing reads are ignored, nodes may share a name.
+//! of weights also Cast and Transpose. Weights that nothing reads are ignored, nodes may share a name. Floats of 16 and 64 bits
+//! are loaded as floats of 32, and the network computes in these; weights may lie in files beside the model that the manifest
+//! lists.
 
 mod file;
 mod contract;
 mod tidy;
+mod external;
+mod plain;
 mod preflight;
 mod weights;
 mod lower;
@@ -33,6 +37,7 @@ mod error;
 pub use arena::Arena;
 pub use contract::{NetworkContract, Port};
 pub use error::LoadError;
+pub use external::DataFile;
 pub use file::{FileBytes, FileError, read_file, read_file_in};
 pub use oracle::TractOracle;
 pub use parity::{PARITY_CASES, PARITY_TOLERANCE};
@@ -40,6 +45,7 @@ pub use preflight::{MAX_MODEL_BYTES, MAX_NODES};
 
 use nav_core::network::{CpuLevel, Network};
 use oracle::guarded;
+use prost::Message;
 use tract_onnx::prelude::{Framework, InferenceModelExt, TypedModel};
 use tract_onnx::tract_hir::infer::InferenceFact;
 
@@ -79,7 +85,7 @@ impl LoadedNetwork {
         self.parity
     }
 
-    /// The bytes it was loaded from, for another engine.
+    /// The bytes it was loaded from, for another engine; weights that lay in other files are in them.
     pub fn onnx(&self) -> &[u8] {
         &self.onnx
     }
@@ -107,18 +113,43 @@ pub fn load_network_at(
     contract: &NetworkContract,
     level: CpuLevel,
 ) -> Result<LoadedNetwork, LoadError> {
-    let typed = parse(bytes, contract)?;
+    load(bytes, &[], contract, level)
+}
+
+/// Loads a model that may keep weights in files beside it.
+///
+/// # Errors
+/// As [`load_network`], and when the files do not hold what the model says.
+pub fn load_network_with(
+    bytes: &[u8],
+    files: &[DataFile<'_>],
+    contract: &NetworkContract,
+) -> Result<LoadedNetwork, LoadError> {
+    load(bytes, files, contract, CpuLevel::detect())
+}
+
+fn load(
+    bytes: &[u8],
+    files: &[DataFile<'_>],
+    contract: &NetworkContract,
+    level: CpuLevel,
+) -> Result<LoadedNetwork, LoadError> {
+    let (typed, onnx) = parse(bytes, files, contract)?;
     let program = guarded(|| Ok(lower::lower(&typed, contract)))??;
     let spec = program.spec()?;
     let memory = Arena::new(spec.memory_len(level)).map_err(LoadError::Memory)?;
     let mut network = Network::new(&spec, memory, level)?;
     let oracle = TractOracle::new(typed, contract)?;
     let parity = parity::compare(&mut network, &oracle)?;
-    Ok(LoadedNetwork { network, oracle, contract: contract.clone(), parity, onnx: bytes.to_vec() })
+    Ok(LoadedNetwork { network, oracle, contract: contract.clone(), parity, onnx })
 }
 
-/// Bytes to a typed, decluttered graph whose input has the contract's shape.
-fn parse(bytes: &[u8], contract: &NetworkContract) -> Result<TypedModel, LoadError> {
+/// Bytes to a typed, decluttered graph whose input has the contract's shape, and the bytes of the whole model.
+fn parse(
+    bytes: &[u8],
+    files: &[DataFile<'_>],
+    contract: &NetworkContract,
+) -> Result<(TypedModel, Vec<u8>), LoadError> {
     if bytes.len() > MAX_MODEL_BYTES {
         return Err(LoadError::TooLarge { bytes: bytes.len(), limit: MAX_MODEL_BYTES });
     }
@@ -128,12 +159,16 @@ fn parse(bytes: &[u8], contract: &NetworkContract) -> Result<TypedModel, LoadErr
         .proto_model_for_read(&mut &*bytes)
         .map_err(|error| LoadError::Malformed { problem: format!("{error:#}") })?;
     tidy::tidy(&mut model);
+    let is_joined = external::take_in(&mut model, files, MAX_MODEL_BYTES - bytes.len())?;
+    let whole = if is_joined { model.encode_to_vec() } else { bytes.to_vec() };
+    plain::make_plain(&mut model);
     preflight::check(&model, contract)?;
-    guarded(|| {
+    let typed = guarded(|| {
         let input = InferenceFact::dt_shape(
             tract_onnx::prelude::DatumType::F32,
             [contract.input.rows, contract.input.cols],
         );
         onnx.model_for_proto_model(&model)?.with_input_fact(0, input)?.into_typed()?.into_decluttered()
-    })
+    })?;
+    Ok((typed, whole))
 }

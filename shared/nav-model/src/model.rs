@@ -12,6 +12,7 @@
 mod golden;
 mod limits;
 mod signature;
+mod files;
 mod error;
 
 pub use error::ModelError;
@@ -19,18 +20,14 @@ pub use golden::{GOLDEN_TOLERANCE, Golden, GoldenError, GoldenPair};
 pub use limits::{LimitsError, OwnerLimits};
 pub use signature::{OwnerKey, SignatureError};
 
+use files::{Files, parse_json};
 use nav_core::controller::{Controller, ShapeError};
-use nav_core::manifest::{FileEntry, MANIFEST_FILE, Manifest};
+use nav_core::manifest::{FileEntry, Manifest};
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION};
 use nav_core::task::ACTION_COUNT;
 use std::path::{Path, PathBuf};
 
-use crate::load::{
-    Arena, FileBytes, LoadedNetwork, MAX_MODEL_BYTES, NetworkContract, Port, load_network, read_file_in,
-};
-
-/// The largest manifest or golden file that is read, bytes.
-const MAX_JSON_BYTES: u64 = 8 << 20;
+use crate::load::{Arena, DataFile, FileBytes, LoadedNetwork, NetworkContract, Port, load_network_with};
 
 /// A checked model.
 #[derive(Debug)]
@@ -58,27 +55,24 @@ impl Model {
     /// # Errors
     /// As [`Self::read`], after a signature that is missing or not of this manifest and key.
     pub fn read_signed(folder: &Path, key: Option<&OwnerKey>) -> Result<Self, ModelError> {
-        let manifest_path = folder.join(MANIFEST_FILE);
-        if !manifest_path.exists() {
-            let reason = if folder.is_dir() {
-                "it holds no manifest.json"
-            } else if folder.exists() {
-                "it is a file, and a network alone does not say for which robot, lidar and layout it was trained"
-            } else {
-                "the folder does not exist"
-            };
-            return Err(ModelError::Missing { folder: folder.to_path_buf(), reason: reason.to_owned() });
-        }
-        let manifest = read_manifest(folder, &manifest_path, key)?;
-        manifest.validate()?;
-        let mut td3 = read_network(folder, &manifest.td3, &actor_contract())?;
-        let mut dqn = match &manifest.dqn {
-            Some(entry) => Some(read_network(folder, entry, &scorer_contract())?),
-            None => None,
+        let files = Files::read(folder, key)?;
+        let manifest = files.manifest;
+        let data: Vec<DataFile<'_>> = manifest
+            .data
+            .iter()
+            .zip(&files.data)
+            .map(|(entry, file)| DataFile { name: &entry.file, bytes: &file.bytes })
+            .collect();
+        let network = |entry: &FileEntry, file: &FileBytes, contract: NetworkContract| {
+            load_network_with(&file.bytes, &data, &contract)
+                .map_err(|source| ModelError::Network { path: folder.join(entry.file.as_str()), source })
         };
-        let golden_path = folder.join(manifest.golden.file.as_str());
-        let golden: Golden =
-            parse_json(&golden_path, &read_hashed(folder, &manifest.golden, MAX_JSON_BYTES)?)?;
+        let mut td3 = network(&manifest.td3, &files.td3, actor_contract())?;
+        let mut dqn = match (&manifest.dqn, &files.dqn) {
+            (Some(entry), Some(file)) => Some(network(entry, file, scorer_contract())?),
+            _ => None,
+        };
+        let golden: Golden = parse_json(&folder.join(manifest.golden.file.as_str()), &files.golden)?;
         let golden_difference = golden.check(&mut td3, dqn.as_mut())?;
         let (took_us, allowed_us) = (answer_us(&mut td3, dqn.as_mut()), allowed_us(&manifest));
         if took_us > allowed_us {
@@ -167,52 +161,6 @@ pub fn scorer_contract() -> NetworkContract {
     )
 }
 
-fn read_hashed(folder: &Path, entry: &FileEntry, limit_bytes: u64) -> Result<FileBytes, ModelError> {
-    let path = folder.join(entry.file.as_str());
-    let file = read_file_in(folder, &entry.file, limit_bytes)?;
-    if file.sha256 == entry.sha256.as_str() {
-        return Ok(file);
-    }
-    Err(ModelError::Hash { path, expected: entry.sha256.as_str().to_owned(), found: file.sha256 })
-}
-
-fn read_network(
-    folder: &Path,
-    entry: &FileEntry,
-    contract: &NetworkContract,
-) -> Result<LoadedNetwork, ModelError> {
-    let file = read_hashed(folder, entry, MAX_MODEL_BYTES as u64)?;
-    load_network(&file.bytes, contract)
-        .map_err(|source| ModelError::Network { path: folder.join(entry.file.as_str()), source })
-}
-
-/// The manifest, in which every field must be said: a default would be a guess about somebody's robot.
-fn read_manifest(folder: &Path, path: &Path, key: Option<&OwnerKey>) -> Result<Manifest, ModelError> {
-    let file = read_file_in(folder, MANIFEST_FILE, MAX_JSON_BYTES)?;
-    // Of the very bytes that are parsed.
-    key.map_or(Ok(()), |key| key.check(folder, &file.bytes))?;
-    let manifest: Manifest = parse_json(path, &file)?;
-    let said: serde_json::Value = parse_json(path, &file)?;
-    let json =
-        |error: serde_json::Error| ModelError::Json { path: path.to_path_buf(), problem: error.to_string() };
-    let whole = serde_json::to_value(&manifest).map_err(json)?;
-    match left_out(&said, &whole, "") {
-        Some(field) => Err(ModelError::Lacks { path: path.to_path_buf(), field }),
-        None => Ok(manifest),
-    }
-}
-
-/// The first field of `whole` that `said` does not have.
-fn left_out(said: &serde_json::Value, whole: &serde_json::Value, path: &str) -> Option<String> {
-    let (serde_json::Value::Object(said), serde_json::Value::Object(whole)) = (said, whole) else {
-        return None;
-    };
-    whole.iter().find_map(|(name, value)| {
-        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-        said.get(name).map_or_else(|| Some(path.clone()), |said| left_out(said, value, &path))
-    })
-}
-
 /// Median time of an answer of all networks together, us.
 fn answer_us(td3: &mut LoadedNetwork, dqn: Option<&mut LoadedNetwork>) -> f64 {
     let median_us = |loaded: &mut LoadedNetwork| {
@@ -232,9 +180,4 @@ fn answer_us(td3: &mut LoadedNetwork, dqn: Option<&mut LoadedNetwork>) -> f64 {
 /// A fifth of the control period, us.
 fn allowed_us(manifest: &Manifest) -> f64 {
     f64::from(manifest.task.control_period_s) * 1e6 / 5.0
-}
-
-fn parse_json<T: serde::de::DeserializeOwned>(path: &Path, file: &FileBytes) -> Result<T, ModelError> {
-    serde_json::from_slice(&file.bytes)
-        .map_err(|error| ModelError::Json { path: path.to_path_buf(), problem: error.to_string() })
 }

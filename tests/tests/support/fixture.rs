@@ -1,7 +1,7 @@
 //! A model without training: a low level that steers towards its target and away from near things, and a high
 //! level whose weights are random and fixed. It drives, it decides, and it is the same on every run.
 
-use super::onnx::{Attribute, Dim, Graph, numbers};
+use super::onnx::{Attribute, Dim, Graph, Message, numbers, tensor};
 use nav_core::manifest::{Algorithm, FileEntry, GOLDEN_PAIRS_MIN, MANIFEST_FILE, MANIFEST_FORMAT, Manifest};
 use nav_core::observation::{
     CANDIDATE_FEATURES, HIGH_OBSERVATION, LAYOUT, LOW_ACTION, LOW_OBSERVATION, expand_candidates,
@@ -18,7 +18,8 @@ const HIDDEN: usize = 16;
 /// Writes manifest, networks and golden pairs into a folder.
 pub fn write_model(folder: &Path) {
     fs::create_dir_all(folder).expect("a folder");
-    let (actor, scorer) = (actor(), scorer());
+    let dims = [LOW_ACTION as i64, LOW_OBSERVATION as i64];
+    let (actor, scorer) = (actor(|graph| graph.floats("w", &dims, &actor_weights())), scorer());
     fs::write(folder.join("td3.onnx"), &actor).expect("written");
     fs::write(folder.join("dqn.onnx"), &scorer).expect("written");
     let golden = Golden {
@@ -36,15 +37,7 @@ pub fn write_model(folder: &Path) {
 /// A manifest for the files that lie in a folder now.
 pub fn manifest(folder: &Path) -> Manifest {
     let text = |text: &str| text.try_into().expect("a short text");
-    let entry = |file: &str| FileEntry {
-        file: text(file),
-        sha256: read_file(&folder.join(file), 1 << 24)
-            .expect("readable")
-            .sha256
-            .as_str()
-            .try_into()
-            .expect("64 digits"),
-    };
+    let entry = |file: &str| entry(folder, file);
     Manifest {
         format: MANIFEST_FORMAT,
         algorithm: Algorithm::Hybrid,
@@ -65,8 +58,30 @@ pub fn manifest(folder: &Path) -> Manifest {
         td3: entry("td3.onnx"),
         dqn: Some(entry("dqn.onnx")),
         golden: entry("golden.json"),
+        data: std::iter::empty().collect(),
         evaluation: std::iter::empty().collect(),
     }
+}
+
+/// A file of a folder with its hash.
+pub fn entry(folder: &Path, file: &str) -> FileEntry {
+    let sha256 = read_file(&folder.join(file), 1 << 24).expect("readable").sha256;
+    FileEntry {
+        file: file.try_into().expect("a short text"),
+        sha256: sha256.as_str().try_into().expect("64 digits"),
+    }
+}
+
+/// Moves the weights of the low level into a file of their own, which the manifest does not yet list.
+pub fn keep_weights_apart(folder: &Path) {
+    let weights = actor_weights();
+    let raw: Vec<u8> = weights.iter().flat_map(|weight| weight.to_le_bytes()).collect();
+    fs::write(folder.join("td3.onnx.data"), raw).expect("written");
+    let location = Message::default().text(1, "location").text(2, "td3.onnx.data");
+    let dims = [LOW_ACTION as i64, LOW_OBSERVATION as i64];
+    let apart = tensor("w", &dims, 1).message(13, &location).int(14, 1);
+    fs::write(folder.join("td3.onnx"), actor(|graph| graph.tensor(apart))).expect("written");
+    write_manifest(folder, &manifest(folder));
 }
 
 /// Puts a manifest into a folder.
@@ -75,9 +90,8 @@ pub fn write_manifest(folder: &Path, manifest: &Manifest) {
     fs::write(folder.join(MANIFEST_FILE), text).expect("written");
 }
 
-/// tanh of a linear map. Sector 18 of 36 lies straight ahead, larger ones to the left.
-fn actor() -> Vec<u8> {
-    let (inputs, outputs) = (LOW_OBSERVATION as i64, LOW_ACTION as i64);
+/// Of the actor. Sector 18 of 36 lies straight ahead, larger ones to the left.
+fn actor_weights() -> Vec<f32> {
     let mut weights = vec![0.0; LOW_ACTION * LOW_OBSERVATION];
     let ahead = SECTOR_COUNT / 2;
     let (sine, cosine) = (2 * SECTOR_COUNT + 2, 2 * SECTOR_COUNT + 3);
@@ -90,9 +104,13 @@ fn actor() -> Vec<u8> {
         weights[LOW_OBSERVATION + ahead - offset] = -0.35;
     }
     weights[LOW_OBSERVATION + sine] = 1.8;
-    Graph::default()
-        .input("observation", &[Dim::Fixed(1), Dim::Fixed(inputs)])
-        .floats("w", &[outputs, inputs], &weights)
+    weights
+}
+
+/// tanh of a linear map, whose weights `add` adds.
+fn actor(add: impl FnOnce(Graph) -> Graph) -> Vec<u8> {
+    let (inputs, outputs) = (LOW_OBSERVATION as i64, LOW_ACTION as i64);
+    add(Graph::default().input("observation", &[Dim::Fixed(1), Dim::Fixed(inputs)]))
         .floats("b", &[outputs], &[-2.6, 0.0])
         .node("Gemm", &["observation", "w", "b"], "linear", &[Attribute::Int("transB", 1)])
         .node("Tanh", &["linear"], "action", &[])

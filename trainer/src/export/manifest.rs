@@ -52,6 +52,7 @@ pub(super) fn manifest(policy: &Policy, td3: &str, dqn: Option<&str>, golden: &s
         td3: entry(TD3, td3)?,
         dqn: dqn.map(|hash| entry(DQN, hash)).transpose()?,
         golden: entry(GOLDEN, golden)?,
+        data: Vec::new(),
         evaluation,
     })
 }

@@ -46,14 +46,13 @@ pub enum LoadError {
         /// What is wrong.
         problem: String,
     },
-    /// Weights in another file.
-    #[error(
-        "the weights `{name}` are kept in another file, which is not read; export them inside the model \
-         (torch.onnx.export with external_data=False, or onnx.save without save_as_external_data)"
-    )]
+    /// Weights in another file, which is not there as the model says.
+    #[error("the weights `{name}` are kept in another file, {problem}")]
     External {
         /// Name of the tensor.
         name: String,
+        /// Which file, and what is wrong.
+        problem: String,
     },
     /// Weights of a type that no policy needs.
     #[error("the weights `{name}` are of type {kind}; export the policy with 32-bit floats, not quantised")]

@@ -3,7 +3,7 @@
 use super::LoadError;
 use super::preflight::{MAX_MODEL_BYTES, MAX_RANK};
 use tract_onnx::pb;
-use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
+use tract_onnx::pb::tensor_proto::DataType;
 
 /// The most elements of one tensor: no more floats fit into a model.
 const MAX_ELEMENTS: usize = MAX_MODEL_BYTES / 4;
@@ -11,24 +11,15 @@ const MAX_ELEMENTS: usize = MAX_MODEL_BYTES / 4;
 const MAX_MAGNITUDE: f32 = 1e6;
 
 /// Refuses a tensor that is not plainly a matrix of finite, bounded floats or of integers (shapes and axes); how many
-/// elements it has. Floats of other widths pass: a Cast may make plain ones of them, and what computes with them is refused
-/// by name when it is lowered.
+/// elements it has. Floats of other widths are plain ones by now, unless they are damaged.
 pub(super) fn check(name: &str, tensor: &pb::TensorProto) -> Result<usize, LoadError> {
-    let external = tensor.data_location.is_some_and(|location| location != DataLocation::Default as i32);
-    if external || !tensor.external_data.is_empty() {
-        return Err(LoadError::External { name: name.to_owned() });
-    }
     if tensor.segment.is_some() {
         return Err(wrong(name, "come in segments"));
     }
     if tensor.dims.len() > MAX_RANK {
         return Err(wrong(name, format!("have {} dimensions", tensor.dims.len())));
     }
-    let elements = tensor
-        .dims
-        .iter()
-        .try_fold(1_usize, |product, &dim| product.checked_mul(usize::try_from(dim).ok()?))
-        .filter(|elements| (1..=MAX_ELEMENTS).contains(elements))
+    let elements = elements(tensor)
         .ok_or_else(|| wrong(name, format!("have the impossible shape {:?}", tensor.dims)))?;
     let data = Data::of(tensor)
         .ok_or_else(|| LoadError::WeightType { name: name.to_owned(), kind: kind(tensor.data_type) })?;
@@ -52,13 +43,21 @@ pub(super) fn check(name: &str, tensor: &pb::TensorProto) -> Result<usize, LoadE
             tensor.raw_data.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
         check_numbers(name, &floats)?;
     }
-    if tensor.data_type == DataType::Double as i32 {
-        let raw = tensor.raw_data.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
-        let floats: Vec<f32> =
-            tensor.double_data.iter().copied().chain(raw).map(|number| number as f32).collect();
-        check_numbers(name, &floats)?;
-    }
     Ok(elements)
+}
+
+/// Elements that the shape says, if a model can have so many.
+fn elements(tensor: &pb::TensorProto) -> Option<usize> {
+    tensor
+        .dims
+        .iter()
+        .try_fold(1_usize, |product, &dim| product.checked_mul(usize::try_from(dim).ok()?))
+        .filter(|elements| (1..=MAX_ELEMENTS).contains(elements))
+}
+
+/// Bytes of raw data that shape and type say.
+pub(super) fn raw_len(tensor: &pb::TensorProto) -> Option<usize> {
+    Some(elements(tensor)? * Data::of(tensor)?.bytes)
 }
 
 /// How the elements of a type are stored.

@@ -4,10 +4,11 @@
 //! (`manifest.json.minisig` beside it) is one of the whole model.
 
 use minisign_verify::{Error, PublicKey, Signature};
-use nav_core::manifest::MANIFEST_FILE;
+use nav_core::manifest::{MANIFEST_FILE, SIGNATURE_FILE};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::load::{FileError, read_file, read_file_in};
+use crate::load::{FileError, read_file_in};
 
 /// The largest key or signature that is read, bytes.
 const MAX_BYTES: u64 = 4 << 10;
@@ -85,7 +86,13 @@ impl OwnerKey {
             return Ok(Self(key));
         }
         let refuse = |problem: String| SignatureError::Key { given: given.to_owned(), problem };
-        let file = read_file(Path::new(given), MAX_BYTES).map_err(|error| refuse(words(error)))?;
+        let path = Path::new(given);
+        let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(OsStr::to_str)) else {
+            return Err(refuse("it is no file".to_owned()));
+        };
+        // Links within its folder are followed, as of a volume that an orchestrator mounts.
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let file = read_file_in(folder, name, MAX_BYTES).map_err(|error| refuse(words(error)))?;
         let text = String::from_utf8(file.bytes).map_err(|error| refuse(error.to_string()))?;
         // With its comment, as minisign writes it, or the key alone.
         let key = PublicKey::decode(&text).or_else(|_| PublicKey::from_base64(text.trim()));
@@ -97,9 +104,8 @@ impl OwnerKey {
     /// # Errors
     /// No signature, another key's, or one of another manifest.
     pub(super) fn check(&self, folder: &Path, manifest: &[u8]) -> Result<(), SignatureError> {
-        let name = format!("{MANIFEST_FILE}.minisig");
-        let path = folder.join(&name);
-        let file = match read_file_in(folder, &name, MAX_BYTES) {
+        let path = folder.join(SIGNATURE_FILE);
+        let file = match read_file_in(folder, SIGNATURE_FILE, MAX_BYTES) {
             Ok(file) => file,
             Err(error) => return Err(SignatureError::None { path, problem: words(error) }),
         };
@@ -196,11 +202,14 @@ mod tests {
             std::fs::write(&file, content).expect("written");
             assert!(OwnerKey::read(text).expect("a key").check(signed.path(), b"manifest").is_ok());
         }
+        std::os::unix::fs::symlink("owner.pub", folder.path().join("link.pub")).expect("linked");
+        let link = folder.path().join("link.pub");
+        assert!(OwnerKey::read(link.to_str().expect("a plain path")).is_ok(), "as a mounted volume has it");
         for content in ["", "untrusted comment: a key\n", "untrusted comment: a key\nRWQf6LRC\n"] {
             std::fs::write(&file, content).expect("written");
             assert!(matches!(OwnerKey::read(text), Err(SignatureError::Key { .. })), "{content}");
         }
-        for wrong in ["RWQf6LRC", "/dev/zero", "/absent/owner.pub", "."] {
+        for wrong in ["RWQf6LRC", "/dev/zero", "/absent/owner.pub", ".", "/"] {
             let error = OwnerKey::read(wrong).expect_err(wrong).to_string();
             assert!(error.contains(wrong) && error.contains(".pub file"), "{error}");
         }

@@ -126,7 +126,12 @@ impl Graph {
         self.port(12, name, dims)
     }
 
-    fn port(mut self, field: u64, name: &str, dims: &[Dim]) -> Self {
+    fn port(self, field: u64, name: &str, dims: &[Dim]) -> Self {
+        self.port_of(field, 1, name, dims)
+    }
+
+    /// An input (field 11) or output (field 12) of another type than 32-bit floats.
+    pub(crate) fn port_of(mut self, field: u64, data_type: i64, name: &str, dims: &[Dim]) -> Self {
         let shape = dims.iter().fold(Message::default(), |shape, dim| {
             let dim = match dim {
                 Dim::Fixed(length) => Message::default().int(1, *length),
@@ -134,7 +139,7 @@ impl Graph {
             };
             shape.message(1, &dim)
         });
-        let tensor = Message::default().int(1, 1).message(2, &shape);
+        let tensor = Message::default().int(1, data_type).message(2, &shape);
         let kind = Message::default().message(1, &tensor);
         self.body = self.body.message(field, &Message::default().text(1, name).message(2, &kind));
         self
