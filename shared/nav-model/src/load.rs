@@ -1,7 +1,8 @@
 //! From untrusted ONNX bytes to a network that runs without allocating.
 //!
 //! [`read_file`] reads and hashes a file; [`load_network`] takes its bytes through
-//! 1. the preflight, once weights of other files and widths are plain ones: bounds, an operator allow-list, finite weights, exact names and shapes;
+//! 1. the preflight, once weights of other files and widths are plain ones in the model: bounds, an operator allow-list,
+//!    finite weights, exact names and shapes;
 //! 2. tract, which parses, types and declutters the graph;
 //! 3. lowering to [`nav_core::network`] and packing into an [`Arena`] on huge pages;
 //! 4. parity: executor and tract must agree on [`PARITY_CASES`] inputs within [`PARITY_TOLERANCE`].
