@@ -50,7 +50,7 @@ const SAME_M: f32 = 0.25;
 /// After a longer time without scans nobody is where they were, ns.
 const GAP_MAX_NS: u64 = 2_000_000_000;
 /// So many older scans that show the opposite are all that one scan counts for.
-const TIMES_ENOUGH: usize = 3;
+const TIMES_ENOUGH: usize = 2;
 /// What is hit so close around somebody is theirs, m.
 const OWNED_M: f32 = 0.1;
 /// No owner.
@@ -290,7 +290,7 @@ fn evidence(track: &Track, sighting: &Sighting, memory: &Memory) -> f32 {
         count += track.trail().iter().filter(|chord| memory.now().passed_through(chord)).count();
     }
     // Once is chance.
-    (count as f32 - 1.0).clamp(0.0, TIMES_ENOUGH as f32 - 1.0) / (TIMES_ENOUGH as f32 - 1.0)
+    (count as f32).clamp(0.0, 2.0) * 0.5
 }
 
 /// Whether something nearer hides where a track should be.
