@@ -18,6 +18,8 @@ pub(super) const MARGIN_M: f32 = 0.12;
 /// Beams of a scan looked at for a chord at most.
 const PROBES: usize = 4;
 
+/// Points farther apart than this need not belong to one side, m.
+const GAP_MAX_M: f32 = 0.3;
 /// Sine of the angle at which a side must be looked at: along a wall, centimetres decide what is passed.
 const SLANT_SIN: f32 = 0.5;
 /// Ends of a thing's side are left out, because beams that graze an edge hit it or not by chance, m.
@@ -119,7 +121,7 @@ impl Seen {
     /// Whether a beam went right through where the side of a thing lies now, or all beams beside it did: it cannot have stood
     /// there. What is thinner than the beams' spacing they could have passed on both sides.
     pub(super) fn passed_through(&self, chord: &Chord) -> bool {
-        if self.count < 2 || chord.gap_m <= 0.0 {
+        if self.count < 2 || chord.gap_m <= 0.0 || chord.gap_m > GAP_MAX_M {
             return false;
         }
         let (right, left) = (chord.right - self.pose.position(), chord.left - self.pose.position());
