@@ -45,6 +45,8 @@ const LOST_S: f32 = 0.4;
 const HIDDEN_S: f32 = 1.5;
 /// ...and what was seen but once after this, s.
 const LOST_YOUNG_S: f32 = 0.25;
+/// The middle of a person of whom one leg is seen may lie so far beside it, m.
+const LEG_SD_M: f32 = 0.2;
 /// Two tracks so close are one, m.
 const SAME_M: f32 = 0.25;
 /// After a longer time without scans nobody is where they were, ns.
@@ -231,7 +233,7 @@ impl Tracker {
 fn sighted(detection: &Detection, now: &Seen) -> Sighting {
     let turn = now.turn();
     let place = |local: Point| now.odom_from_local(local);
-    let legs = if detection.is_leg { 0.1 * 0.1 } else { 0.01 * 0.01 };
+    let legs = if detection.is_leg { LEG_SD_M * LEG_SD_M } else { 0.0 };
     Sighting {
         center: place(detection.center),
         cov: turn * detection.cov * turn.transpose() + Matrix2::from_diagonal_element(legs),

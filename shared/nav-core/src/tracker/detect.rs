@@ -21,16 +21,22 @@ const WIDEST_M: f32 = 0.75;
 const BACKGROUND_M: f32 = 0.25;
 /// A person bulges towards the robot; hollow by more than this is a corner, m.
 const HOLLOW_M: f32 = 0.1;
-/// So many failed beams in a row do not part a thing.
+/// So many failed beams in a row do not part a thing...
 const FAILED_MAX: usize = 2;
+/// ...nor do as many as look at so much of it, m.
+const FAILED_MAX_M: f32 = 0.1;
 /// Ranges and points of one thing differ at most by so much, m (points: and by a share of the beams' spacing).
 const COARSE: Joint = Joint { range_m: 0.45, point_m: 0.12, spacing: 1.4 };
 /// The same, for a second look at what came out too wide.
 const FINE: Joint = Joint { range_m: 0.2, point_m: 0.1, spacing: 1.2 };
 /// Thinner than this, where it was measured well, is a leg, m.
 const LEG_WIDTH_M: f32 = 0.24;
+/// A leg's radius, m.
+const LEG_RADIUS_M: f32 = 0.06;
 /// The legs of a person are at most so far apart, centre to centre, m.
 const STRIDE_M: f32 = 0.55;
+/// The middle of two legs is the middle of a person but for this, m.
+const GAIT_SD_M: f32 = 0.04;
 /// A person's width must be so many beams wide for a leg to be told from a person.
 const LEG_BEAMS: f32 = 5.0;
 
@@ -56,6 +62,8 @@ pub(super) struct Detection {
     /// Whether it stands out from its background: a track may begin with it.
     pub(super) stands_out: bool,
     pub(super) is_leg: bool,
+    /// Its centre as a leg, seen whole or beside another one that hides a part of it.
+    leg: Option<Point>,
 }
 
 /// The beams as a line that begins where a thing begins.
@@ -89,6 +97,11 @@ impl Line<'_> {
         &self.beams[self.index(place)]
     }
 
+    /// So many failed beams in a row may lie within a thing at a range.
+    fn failed_max(&self, range_m: f32) -> usize {
+        FAILED_MAX.max((FAILED_MAX_M / (range_m * self.step_rad)) as usize)
+    }
+
     /// Whether the hits at two places belong together.
     fn joins(&self, from: usize, to: usize, joint: &Joint) -> bool {
         let (a, b) = (self.beam(from), self.beam(to));
@@ -100,7 +113,7 @@ impl Line<'_> {
     /// The range that is seen next to a place, towards higher or lower places; `None` when nobody looks there.
     fn beside_m(&self, place: usize, upwards: bool) -> Option<f32> {
         let count = self.len();
-        (1..=FAILED_MAX + 1).find_map(|step| {
+        (1..=self.failed_max(self.beam(place).range_m) + 1).find_map(|step| {
             let next = if upwards { place + step } else { (place + count).checked_sub(step)? };
             let is_beyond = if upwards { next >= count } else { next < count };
             if is_beyond && !self.is_circle {
@@ -157,7 +170,7 @@ fn groups(line: &Line<'_>, from: usize, to: usize, joint: &Joint, each: &mut dyn
         match &mut open {
             Some(group)
                 if is_near
-                    && place - group.last <= FAILED_MAX + 1
+                    && place - group.last <= line.failed_max(range_m) + 1
                     && line.joins(group.last, place, joint) =>
             {
                 group.last = place;
@@ -253,6 +266,10 @@ fn add(line: &Line<'_>, group: &Group, found: &mut Vec<Detection, DETECTIONS_MAX
         gap_m: (point_of(left) - point_of(right)).norm() / group.hits.max(2).saturating_sub(1) as f32,
         stands_out,
         is_leg,
+        leg: (is_resolved && stands_out && width_m < LEG_WIDTH_M).then(|| {
+            let middle = nalgebra::center(&point_of(right), &point_of(left));
+            middle + middle.coords * (LEG_RADIUS_M / middle.coords.norm().max(LEG_RADIUS_M))
+        }),
     });
 }
 
@@ -262,25 +279,25 @@ fn turned_left(unit: Vector) -> Vector {
 
 /// Two legs become one person, who stands in their middle.
 fn pair_legs(found: &mut Vec<Detection, DETECTIONS_MAX>) {
-    let mut first = 0;
-    while first < found.len() {
-        let here = found[first];
-        if here.is_leg {
-            let nearest = (first + 1..found.len())
-                .filter(|&other| found[other].is_leg)
-                .map(|other| ((found[other].center - here.center).norm(), other))
-                .min_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((apart_m, other)) = nearest
-                && apart_m < STRIDE_M
-            {
-                let there = found.swap_remove(other);
-                let person = &mut found[first];
-                person.center = nalgebra::center(&here.center, &there.center);
-                person.cov = (here.cov + there.cov) * 0.25;
-                person.radius_m = 0.5 * apart_m + here.radius_m.max(there.radius_m);
-                person.is_leg = false;
-            }
+    let mut is_paired = [false; DETECTIONS_MAX];
+    for first in 0..found.len() {
+        let Some(here) = found[first].leg.filter(|_| !is_paired[first]) else { continue };
+        let legs = found.iter().enumerate().filter(|(other, _)| *other != first && !is_paired[*other]);
+        let apart =
+            legs.filter_map(|(other, leg)| leg.leg.map(|there| ((there - here).norm(), other, there)));
+        let Some((apart_m, other, there)) = apart.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if apart_m < STRIDE_M {
+            is_paired[other] = true;
+            let person = &mut found[first];
+            person.center = nalgebra::center(&here, &there);
+            person.cov = Matrix2::from_diagonal_element(GAIT_SD_M * GAIT_SD_M);
+            person.radius_m = 0.5 * apart_m + LEG_RADIUS_M;
+            (person.is_leg, person.leg) = (false, None);
         }
-        first += 1;
     }
+    let mut index = 0;
+    found.retain(|_| {
+        index += 1;
+        !is_paired[index - 1]
+    });
 }
