@@ -164,7 +164,8 @@ impl Tracker {
         let mut index = 1;
         while index < self.tracks.len() {
             let here = self.tracks[index].filter.position;
-            let twin = (0..index).find(|&older| (self.tracks[older].filter.position - here).norm() < SAME_M);
+            let twin = (0..index)
+                .find(|&older| (self.tracks[older].filter.position - here).norm_squared() < SAME_M * SAME_M);
             match twin {
                 Some(older) => {
                     let is_better = self.tracks[index].unseen_s < self.tracks[older].unseen_s;
@@ -260,7 +261,8 @@ fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp
             }
             let (distance2, spread) = track.filter.distance2(sighting.center, &(sighting.cov + turning));
             if distance2 < GATE2 {
-                let _ = pairs.push((distance2 + spread, index as u8, other as u8));
+                // The likelihood of the pair, as twice its negative logarithm.
+                let _ = pairs.push((distance2 + libm::logf(spread), index as u8, other as u8));
             }
         }
     }
@@ -278,7 +280,7 @@ fn pair(tracks: &mut [Track], sightings: &mut [Sighting], memory: &Memory, stamp
         }
         track.filter.update(sighting.center, &sighting.cov);
         track.radius_m += 0.2 * (sighting.radius_m - track.radius_m);
-        if track.filter.velocity.norm() > STANDING_MPS {
+        if track.is_due_for_evidence() {
             track.weigh(evidence(track, sighting, memory));
         }
         track.leave_trail(sighting.chord, stamp_ns);

@@ -15,13 +15,17 @@
 //! | `false_movers` | tracks that move where nobody is within 0.5 m, in 100 s; `false_seen` without those that coast |
 //! | `update_*_us` | time of reading a scan and updating the tracker |
 //!
-//! `cargo run --release -p nav-rivals --example tracking -- [worlds=20] [families=crowd,maze] [beams=72,720]`
-#![allow(clippy::print_stdout, reason = "an example prints")]
+//! At last, on stderr, the time of an update with 32 tracks. Seconds are short where robots collide: rivals do not look
+//! ahead.
+//!
+//! `cargo run --release -p nav-rivals --example tracking -- [worlds=20] [families=crowd,maze] [beams=72,720]`; `verbose=yes`
+//! says where each false mover was
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example prints")]
 
 use nav_core::geometry::{Point, Pose, Vector};
 use nav_core::messages::{Header, LaserScan};
 use nav_core::scan::beams::Beams;
-use nav_core::task::Task;
+use nav_core::task::{Lidar, Task};
 use nav_core::tracker::{Track, Tracker};
 use nav_env::episode_loop::{Answer, Commands, drive_episode};
 use nav_env::limits::Limits;
@@ -146,24 +150,6 @@ impl Judge<'_> {
             if truth.velocity.norm() >= WALKS_MPS {
                 self.counts.walking += 1;
                 self.counts.known_moving += u32::from(track.is_moving());
-                if self.verbose {
-                    let d = (truth.position - self.messages.odom.pose.position()).norm();
-                    let err = track.velocity - truth.velocity;
-                    println!(
-                        "W,{},{:.2},{:.2},{},{:.3},{},{:.2},{:.2},{:.2},{:.2},{:.2}",
-                        simulation.world().name,
-                        d,
-                        truth.velocity.norm(),
-                        u32::from(track.is_moving()),
-                        err.norm(),
-                        track.id,
-                        track.age_s,
-                        appearance.seen_s,
-                        self.messages.odom.linear_mps,
-                        track.unseen_s,
-                        (track.position - truth.position).norm()
-                    );
-                }
                 self.counts.velocity_mps.push((track.velocity - truth.velocity).norm());
                 self.counts.position_m.push((track.position - truth.position).norm());
             }
@@ -251,6 +237,35 @@ fn followers<'a>(people: &[Truth], tracks: &'a [Track]) -> Vec<Option<&'a Track>
     found
 }
 
+/// Time of an update, in a loop that does nothing else, with 32 people who walk round the robot in a ring: followed tracks
+/// (median), and time (median and 99th percentile, us).
+fn ring(beam_count: u32) -> (f32, f32, f32) {
+    let lidar = Lidar { beam_count, range_max_m: 8.0, ..Lidar::default() };
+    let task = Task { lidar, ..Task::default() };
+    let (mut tracker, mut beams) = (Box::new(Tracker::new(&task)), Box::new(Beams::new()));
+    let (mut tracks, mut update_ns) = (Vec::new(), Vec::new());
+    for step in 1..=2000_u32 {
+        let people = (0..32_u32).map(|person| {
+            let (sin, cos) = libm::sincosf(person as f32 * 0.196_35 + step as f32 * 0.012);
+            Vector::new(4.4 * cos, 4.4 * sin)
+        });
+        let people: Vec<Vector> = people.collect();
+        let scan = LaserScan::of(&lidar, |angle_rad| {
+            let (sin, cos) = libm::sincosf(angle_rad);
+            let ranges = people.iter().map(|person| ray_disc_m(cos, sin, *person, 0.25));
+            ranges.fold(f32::INFINITY, f32::min)
+        });
+        let begun = Instant::now();
+        beams.read(&scan, f32::INFINITY);
+        tracker.update(&beams, Pose::default(), u64::from(step) * 100_000_000);
+        if step > 100 {
+            update_ns.push(begun.elapsed().as_nanos() as f32);
+            tracks.push(tracker.tracks().len() as f32);
+        }
+    }
+    (quantile(&mut tracks, 0.5), quantile(&mut update_ns, 0.5) / 1e3, quantile(&mut update_ns, 0.99) / 1e3)
+}
+
 /// The value below which a share of the values lies.
 fn quantile(values: &mut [f32], share: f32) -> f32 {
     values.sort_by(f32::total_cmp);
@@ -326,10 +341,17 @@ fn main() {
          velocity_p90_mps,position_median_m,position_p90_m,switches_100s,false_movers_100s,false_seen_100s,\
          update_median_us,update_p99_us"
     );
-    for beams in beams.split(',').map(|beams| beams.parse::<u32>().expect("beams= takes numbers")) {
+    let beams: Vec<u32> =
+        beams.split(',').map(|beams| beams.parse().expect("beams= takes numbers")).collect();
+    for &beams in &beams {
         for family in families.split(',') {
             let family: Family = family.parse().expect("families= takes names of families");
             print_row(family, beams, &mut measured(family, beams, worlds, verbose));
         }
+    }
+    eprintln!("ring of 32 people, nothing else to do: beams, tracks, update_median_us, update_p99_us");
+    for &beams in &beams {
+        let (tracks, median_us, p99_us) = ring(beams);
+        eprintln!("{beams},{tracks:.0},{median_us:.1},{p99_us:.1}");
     }
 }

@@ -42,14 +42,14 @@ impl Filter {
         self.velocity_cov += one * noise;
     }
 
-    /// Squared Mahalanobis distance of a measured position, and the logarithm of the determinant of its covariance.
+    /// Squared Mahalanobis distance of a measured position, and the determinant of its covariance, m^4.
     pub(super) fn distance2(&self, measured: Point, noise: &Matrix2<f32>) -> (f32, f32) {
         let spread = self.position_cov + noise;
+        let determinant = spread.determinant();
         let off = measured - self.position;
-        match spread.try_inverse() {
-            Some(inverse) => ((inverse * off).dot(&off), libm::logf(spread.determinant())),
-            None => (f32::INFINITY, 0.0),
-        }
+        let crossed = spread.m22 * off.x * off.x - (spread.m12 + spread.m21) * off.x * off.y
+            + spread.m11 * off.y * off.y;
+        (if determinant > 0.0 { crossed / determinant } else { f32::INFINITY }, determinant)
     }
 
     /// Takes in a measured position.

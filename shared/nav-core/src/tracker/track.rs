@@ -14,6 +14,10 @@ const FASTEST_MPS: f32 = 2.5;
 const TRAIL: usize = 5;
 /// ...and the time between them, ns.
 const TRAIL_APART_NS: u64 = 150_000_000;
+/// A scan without evidence takes so much of it away.
+const DOUBT: f32 = 0.25;
+/// What is known to move is looked at for evidence in one of so many scans.
+const ASKED_EVERY: u32 = 3;
 /// So much evidence shows that it moves...
 const EVIDENCE_ENOUGH: f32 = 2.0;
 /// ...which is doubted again when less is left than this...
@@ -96,9 +100,16 @@ impl Track {
         self.unseen_s += dt_s;
     }
 
-    /// Takes in how much speaks for it having moved in this scan: nothing speaks against it a little.
+    /// Whether it seems to move, so that evidence is asked for; of what is known to move less often.
+    pub(super) fn is_due_for_evidence(&self) -> bool {
+        let seems_moving = self.filter.velocity.norm_squared() > STANDING_MPS * STANDING_MPS;
+        seems_moving && (!self.has_moved || self.hits.wrapping_add(self.id).is_multiple_of(ASKED_EVERY))
+    }
+
+    /// Takes in how much speaks for it having moved: nothing speaks against it a little.
     pub(super) fn weigh(&mut self, evidence: f32) {
-        let change = if evidence > 0.0 { evidence } else { -0.25 };
+        let doubt = if self.has_moved { ASKED_EVERY as f32 * DOUBT } else { DOUBT };
+        let change = if evidence > 0.0 { evidence } else { -doubt };
         self.evidence = (self.evidence + change).clamp(0.0, EVIDENCE_MAX);
         self.has_moved = self.evidence >= if self.has_moved { EVIDENCE_LEAST } else { EVIDENCE_ENOUGH };
     }
