@@ -237,7 +237,7 @@ fn measure_here(
         hogs: if loaded { plan.cores } else { 0 },
         realtime,
         realtime_granted: granted.has_priority,
-        granted: granted.words,
+        granted: [granted.words, granted.refused].concat(),
         ticks: tally.ticks,
         overruns: tally.overruns,
         allocations: tally.heap.allocations,

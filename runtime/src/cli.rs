@@ -6,6 +6,7 @@ pub(crate) use model::ModelArguments;
 
 use anyhow::ensure;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use nav_host::terminal::LogArguments;
 use nav_ipc::{IpcConfig, RobotName};
 use runtime::bench_loop::LoopBenchPlan;
 use runtime::run::RunPlan;
@@ -37,6 +38,8 @@ pub(crate) struct Cli {
     pub(crate) command: Option<Command>,
     #[command(flatten)]
     pub(crate) run: RunArguments,
+    #[command(flatten)]
+    pub(crate) log: LogArguments,
 }
 
 #[derive(Debug, Subcommand)]

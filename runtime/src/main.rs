@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::{CommandFactory, Parser};
 use cli::{BenchArguments, CheckArguments, Cli, Command, ModelArguments, PeerArguments, RunArguments};
 use nav_host::exit::Exit;
-use nav_host::terminal::{note, say};
+use nav_host::terminal::{say, tell};
 use nav_model::alloc::CheckedAllocator;
 use nav_model::model::Model;
 use runtime::bench::{self, BenchOptions, NamedNetwork};
@@ -22,6 +22,7 @@ fn main() -> Exit {
         return exit;
     }
     let cli = Cli::parse();
+    cli.log.apply();
     let result = match cli.command {
         None => run(cli.run),
         Some(Command::Run(arguments)) => run(arguments),
@@ -67,7 +68,7 @@ fn measure(arguments: BenchArguments) -> Result<Exit> {
     if arguments.measure_loop {
         return match bench_loop::measure(&arguments.loop_plan()) {
             Err(error @ LoopBenchError::Stopped(signal)) => {
-                note(format_args!("runtime: {error}"));
+                tell(format_args!("runtime: {error}"));
                 Ok(Exit::Stopped(signal))
             }
             measured => Ok(measured.map(|_| Exit::Done)?),

@@ -2,6 +2,7 @@
 //!
 //! The bytes are untrusted. Whatever tract makes of them, the worst that happens is a child that is killed.
 
+use nav_host::terminal::debug;
 use nav_model::model::{Model, ModelError, OwnerKey, OwnerLimits};
 use std::ffi::{OsStr, OsString};
 use std::io::{self, Read};
@@ -94,7 +95,9 @@ pub fn read(folder: &Path, demands: &Demands) -> Result<Model, ReadError> {
     let mut child = Command::new(program);
     demands.pass_on(folder, child.arg(SUBCOMMAND));
     probe(&mut child, folder, PATIENCE)?;
-    Ok(demands.read(folder)?)
+    let model = demands.read(folder)?;
+    nav_model::check::details(&model).into_iter().for_each(debug);
+    Ok(model)
 }
 
 /// What the child does: the same, with limits on itself.

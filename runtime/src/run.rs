@@ -10,6 +10,7 @@
 //! | [`realtime`] | locked memory, real-time priority, a core of its own |
 //! | [`rate`] | whether scans come as often as in training |
 //! | [`tally`] | what is measured, in memory of fixed size |
+//! | [`facts`] | what helps to find a mistake: first messages, decisions |
 //! | [`live`] | a line a second, printed by another thread from atomics |
 //! | [`report`] | the end, for people and as JSON |
 
@@ -21,6 +22,7 @@ pub mod drive;
 pub mod realtime;
 pub mod rate;
 pub mod tally;
+pub mod facts;
 pub mod live;
 pub mod report;
 
@@ -31,7 +33,7 @@ use nav_core::controller::ShapeError;
 use nav_core::tick::Tick;
 use nav_host::files;
 use nav_host::stop::{Second, Stop};
-use nav_host::terminal::say;
+use nav_host::terminal::{debug, inform, say, warn};
 use nav_ipc::{IpcConfig, IpcError, RobotName};
 use plan::{DriveError, DrivePlan, End};
 use ports::Ports;
@@ -104,7 +106,7 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
         // Known now and not after the drive.
         files::check_writable(path).map_err(|source| RunError::Report { path: path.clone(), source })?;
     }
-    say(nav_model::check::headline(&model));
+    inform(nav_model::check::headline(&model));
     let mut controller = model.into_controller()?;
     if let Some(no_return_m) = plan.no_return_m {
         controller.set_no_return_m(no_return_m);
@@ -112,13 +114,14 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     let limit_ns = plan.goal_heartbeat.map(|limit| u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX));
     controller.set_goal_age_limit_ns(limit_ns);
     let mut ports = Ports::open(&plan.robot, &plan.ipc)?;
-    say(format_args!("topics of robot `{}` are open, waiting for scans", plan.robot));
+    inform(format_args!("topics of robot `{}` are open, waiting for scans", plan.robot));
     let stop = Stop::listen(Second::IsIgnored).map_err(RunError::Signals)?;
     let live = Arc::new(Live::default());
-    let printer = plan.show_live.then(|| live::Printer::start(live.clone()));
-    for word in plan.realtime.enter().words {
-        say(word);
-    }
+    let printer = live::Printer::start(live.clone(), plan.show_live);
+    let granted = plan.realtime.enter();
+    granted.words.into_iter().for_each(inform);
+    granted.refused.into_iter().for_each(warn);
+    debug(realtime::scheduling());
     let mut tally = Tally::new(controller.task().control_period_ns());
     let result = drive(&mut controller, &mut ports, &plan.drive, &stop, &live, &mut tally);
     drop(printer);

@@ -1,6 +1,7 @@
 //! The command line, as typed.
 
 use clap::{Parser, Subcommand, ValueEnum};
+use nav_host::terminal::LogArguments;
 use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use std::path::PathBuf;
@@ -52,6 +53,8 @@ sense, 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM."
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) instead: Option<Instead>,
+    #[command(flatten)]
+    pub(crate) log: LogArguments,
     /// Scene family to generate worlds from: clutter, boxes, u_trap, deep_u, hook, maze, maze_tight, rooms, crowd, stream, tight
     #[arg(long, visible_alias = "world", default_value = "clutter", conflicts_with_all = ["map", "world_file"])]
     pub(crate) family: Family,

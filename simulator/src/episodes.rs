@@ -5,7 +5,7 @@ use nav_env::episode_loop::{Onlooker, drive_episode};
 use nav_env::worlds::{Place, Scene};
 use nav_host::exit::Exit;
 use nav_host::stop::{Second, Stop};
-use nav_host::terminal::say;
+use nav_host::terminal::{debug, inform, say};
 use nav_sim::simulation::Simulation;
 
 use crate::cli::Pace;
@@ -21,7 +21,7 @@ pub(crate) fn run(plan: &Plan) -> Result<Exit> {
     let mut link = Link::open(plan, stop)?;
     let mut view = plan.show_map.then(View::default);
     let mut episodes = Vec::new();
-    say(format_args!(
+    inform(format_args!(
         "simulator: robot `{}`, {} episodes, waiting for the runtime",
         plan.robot, plan.episodes
     ));
@@ -59,7 +59,9 @@ fn drive_all(
     view: &mut Option<View>,
     episodes: &mut Vec<EpisodeReport>,
 ) -> Result<()> {
+    debug_task(plan);
     link.wait_for_runtime()?;
+    debug("the runtime is there");
     let first_goal_id = link.first_goal_id();
     let mut simulation: Option<Simulation> = None;
     for index in 0..plan.episodes {
@@ -77,12 +79,40 @@ fn drive_all(
                 place.simulation_seed,
             )),
         };
+        debug_place(&place, seed);
         link.restart();
         let goal_id = first_goal_id.wrapping_add(index);
         let report = drive(plan, link, simulation, &place, goal_id, view)?;
         episodes.push(report);
     }
     Ok(())
+}
+
+/// What a driver's author can compare with what a robot of his own sends.
+fn debug_task(plan: &Plan) {
+    let lidar = &plan.task.lidar;
+    debug(format_args!(
+        "every {:.0} ms odom, goal and a scan of {} beams over {:.0} degrees to {} m; shared files in {}",
+        1e3 * plan.task.control_period_s,
+        lidar.beam_count,
+        lidar.field_of_view_rad.to_degrees(),
+        lidar.range_max_m,
+        plan.ipc.root().display()
+    ));
+}
+
+fn debug_place(place: &Place, seed: u64) {
+    let (start, goal) = (&place.world.start, &place.world.goal);
+    debug(format_args!(
+        "{}, seed {seed}: from {:.2}, {:.2} m, yaw {:.2} rad, to {:.2}, {:.2} m; the shortest way is {:.1} m",
+        place.world.name,
+        start.x_m,
+        start.y_m,
+        start.yaw_rad,
+        goal.x,
+        goal.y,
+        place.geodesic_m().unwrap_or(f32::NAN)
+    ));
 }
 
 /// Whatever looks on while an episode is driven.
@@ -143,7 +173,7 @@ fn drive(
         trajectory_hash,
         poses,
     };
-    say(report.line());
+    inform(report.line());
     if let (Some(mut picture), Some(folder)) = (picture, &plan.draw) {
         picture.step(simulation);
         picture.write(folder, &report)?;

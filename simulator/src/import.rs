@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use nav_core::geometry::{Point, Pose};
-use nav_host::terminal::{note, say};
+use nav_host::terminal::{debug, say, warn};
 use nav_sim::cylinders::{Surroundings, read};
 use nav_sim::world_file::{check, save};
 use std::path::{Path, PathBuf};
@@ -57,10 +57,14 @@ impl Import {
         let mut left_out = 0;
         for world in &worlds {
             match check(world, self.robot_radius) {
-                Ok(()) => save(&self.out.join(format!("{}.toml", world.name)), world)?,
+                Ok(()) => {
+                    let path = self.out.join(format!("{}.toml", world.name));
+                    save(&path, world)?;
+                    debug(format_args!("{}: {} cylinders", path.display(), world.discs.len()));
+                }
                 Err(problem) => {
                     left_out += 1;
-                    note(format_args!("simulator: {} is left out: {problem}", world.name));
+                    warn(format_args!("simulator: {} is left out: {problem}", world.name));
                 }
             }
         }

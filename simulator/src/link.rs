@@ -6,7 +6,7 @@ use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands};
 use nav_env::messages::Messages;
 use nav_host::stop::{Signal, Stop};
-use nav_host::terminal::note;
+use nav_host::terminal::warn;
 use nav_ipc::clock::monotonic_ns;
 use nav_ipc::others::programs_of_other_users;
 use nav_ipc::{IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
@@ -86,7 +86,7 @@ impl Link {
     pub(crate) fn open(plan: &Plan, stop: Stop) -> Result<Self, LinkError> {
         let node = RobotNode::open(&plan.robot, &plan.ipc)?;
         if let Some(word) = programs_of_other_users(&plan.ipc) {
-            note(format_args!("simulator: {word}"));
+            warn(format_args!("simulator: {word}"));
         }
         let as_ns = |duration: Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
         Ok(Self {

@@ -20,6 +20,7 @@ fn main() -> Exit {
         return exit;
     }
     let arguments = cli::Arguments::parse();
+    arguments.log.apply();
     if let Some(cli::Instead::Import(import)) = &arguments.instead {
         return Exit::of("simulator", import.run().map(|()| Exit::Done));
     }

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use nav_core::geometry::{Point, Pose};
 use nav_core::task::Task;
 use nav_env::worlds::Place;
-use nav_host::terminal::note;
+use nav_host::terminal::warn;
 use nav_sim::families::{DESIGN_RADIUS_M, Family, Split};
 use nav_sim::map_file::{Map, MapOptions};
 use nav_sim::world::World;
@@ -33,7 +33,7 @@ impl WorldSource {
             let start = Pose::new(x_m, y_m, yaw_rad);
             let map = Map::load(map, &options)?;
             for warning in map.warnings() {
-                note(format_args!("simulator: warning: {warning}"));
+                warn(format_args!("simulator: warning: {warning}"));
             }
             let world = map.into_world(start, Point::new(goal[0], goal[1]))?;
             return Ok(Self::Read(vec![(world.name.clone(), Arc::new(world))]));

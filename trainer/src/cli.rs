@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use nav_core::manifest::Algorithm;
 use nav_env::other_lidar::OtherLidar;
+use nav_host::terminal::LogArguments;
 use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use std::path::PathBuf;
@@ -25,6 +26,9 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+    /// How much to say.
+    #[command(flatten)]
+    pub log: LogArguments,
 }
 
 /// What to do.

@@ -5,7 +5,7 @@ use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
 use nav_host::exit::Exit;
 use nav_host::stop::{Second, Stop};
-use nav_host::terminal::{note, say};
+use nav_host::terminal::{debug, note, say, tell};
 use std::path::Path;
 
 use crate::cli::{AlgorithmArg, ExportArgs, TrainArgs};
@@ -49,11 +49,12 @@ pub fn train(args: &TrainArgs) -> Result<Exit> {
         folder.path().display(),
         if run.resumed_step() > 0 { format!(", from step {}", run.resumed_step()) } else { String::new() }
     ));
+    debug(format_args!("configuration:\n{}", config.to_toml().trim_end()));
     match run.train()? {
         End::Stopped { signal, is_saved } => {
             let what =
                 if is_saved { "stopped and saved" } else { "stopped; what came after the last save is lost" };
-            note(format_args!("{what}; continue with: trainer train --resume {}", folder.path().display()));
+            tell(format_args!("{what}; continue with: trainer train --resume {}", folder.path().display()));
             Ok(Exit::Stopped(signal))
         }
         End::Failed(reason) => {
@@ -61,7 +62,7 @@ pub fn train(args: &TrainArgs) -> Result<Exit> {
             bail!("the run {} is stopped for good: {reason}", folder.path().display());
         }
         End::Finished(policy) => {
-            tell(&policy, folder.path());
+            say(reached(&policy, folder.path()));
             ensure!(policy.gate.missed.is_empty(), missed(&policy));
             Ok(Exit::Done)
         }
@@ -138,7 +139,7 @@ fn plan(args: &TrainArgs) -> Result<Config> {
 }
 
 /// What was reached, and what comes next.
-fn tell(policy: &Policy, folder: &Path) {
+fn reached(policy: &Policy, folder: &Path) -> String {
     use std::fmt::Write as _;
     let mut text = format!(
         "\ntrained in {:.0} s: {} steps, {} updates\n{:<10} {:>8} {:>10} {:>7}   (td3 straight at the goal)\n",
@@ -158,7 +159,7 @@ fn tell(policy: &Policy, folder: &Path) {
     if policy.gate.missed.is_empty() {
         let _ = writeln!(text, "\ngate passed; export it with: trainer export --run {}", folder.display());
     }
-    say(text.trim_end());
+    text.trim_end().to_owned()
 }
 
 /// Exports.

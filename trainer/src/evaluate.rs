@@ -20,7 +20,7 @@ use anyhow::{Context, Result};
 use nav_env::summary::summarise;
 use nav_host::exit::Exit;
 use nav_host::stop::{Second, Stop};
-use nav_host::terminal::note;
+use nav_host::terminal::tell;
 
 use crate::cli::EvaluateArgs;
 use plan::Plan;
@@ -36,7 +36,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<Exit> {
     drive::drive(&plan, &mut episodes, args.threads.into(), &stop)?;
     if let Some(signal) = stop.signal() {
         let (driven, all) = (episodes.rows.len(), plan.row_count());
-        note(format_args!(
+        tell(format_args!(
             "stopped after {driven} of {all} episodes; go on with the same command and --resume"
         ));
         return Ok(Exit::Stopped(signal));

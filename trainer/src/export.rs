@@ -19,6 +19,7 @@ use anyhow::{Context, Result, bail};
 use nav_core::manifest::{MANIFEST_FILE, SIGNATURE_FILE};
 use nav_host::files::write_atomically;
 use nav_host::sha256::sha256_hex;
+use nav_host::terminal::debug;
 use nav_model::model::{Golden, GoldenPair, Model, actor_contract, scorer_contract};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -74,6 +75,7 @@ pub fn export(policy: &Policy, folder: &Path) -> Result<String> {
         write_folder(policy, new, &td3, dqn.as_deref(), &golden)?;
         let model = Model::read(new).context("what was just written cannot be read back")?;
         golden_difference = model.golden_difference();
+        nav_model::check::details(&model).into_iter().for_each(debug);
         Ok(())
     })?;
     let _ = writeln!(

@@ -10,6 +10,7 @@ fn main() -> Exit {
         return exit;
     }
     let cli = Cli::parse();
+    cli.log.apply();
     let result = match &cli.command {
         Command::Train(args) => commands::train(args),
         Command::Export(args) => commands::export(args),

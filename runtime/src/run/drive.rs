@@ -252,6 +252,7 @@ impl<T: Tick> Loop<'_, T> {
         }
         self.tally.note(&inputs, &status, self.step_max_m);
         self.live.tell(&self.tally.causes);
+        self.live.explain(&inputs, &status);
         self.live.store(&status, &command, tick_ns);
         Ok(())
     }

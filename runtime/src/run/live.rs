@@ -1,8 +1,10 @@
 //! A line a second about the running loop, printed by a thread of its own: the loop only stores numbers.
 
+use super::facts::{Fact, Facts};
 use nav_core::guard::Cause;
 use nav_core::messages::{CmdVel, RunState, fault};
-use nav_core::tick::TickStatus;
+use nav_core::tick::{Inputs, TickStatus};
+use nav_host::terminal::{self, Level};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -23,6 +25,7 @@ pub struct Live {
     /// How many causes the loop has met, and the newest that is not told yet.
     causes_met: AtomicU64,
     untold: Mutex<heapless::Deque<Cause, 8>>,
+    facts: Facts,
 }
 
 impl Live {
@@ -41,6 +44,17 @@ impl Live {
 
     fn next_untold(&self) -> Option<Cause> {
         self.untold.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
+    }
+
+    /// Hands over what helps to find a mistake, if anybody wants it; never waits either.
+    pub fn explain(&self, inputs: &Inputs<'_>, status: &TickStatus) {
+        if terminal::says(Level::Debug) {
+            self.facts.meet(self.ticks.load(Relaxed) + 1, inputs, status);
+        }
+    }
+
+    fn explanations(&self) -> impl Iterator<Item = Fact> {
+        std::iter::from_fn(|| self.facts.next())
     }
 
     /// Stores what a tick did.
@@ -97,8 +111,9 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// Prints a line a second from now on; where the system has no thread to spare, it says so and drives without.
-    pub fn start(live: Arc<Live>) -> Self {
+    /// Prints causes and facts from now on, with a line a second if asked to, as far as the program's level goes; where the
+    /// system has no thread to spare, it says so and drives without.
+    pub fn start(live: Arc<Live>, with_line: bool) -> Self {
         let ended = Arc::new(std::sync::atomic::AtomicBool::new(false));
         let seen = ended.clone();
         let print = move || {
@@ -107,23 +122,28 @@ impl Printer {
             loop {
                 std::thread::park_timeout(Duration::from_secs(1).saturating_sub(last.elapsed()));
                 if seen.load(Relaxed) {
+                    live.explanations().for_each(terminal::debug);
                     return;
                 }
                 let passed = last.elapsed();
                 if passed >= Duration::from_secs(1) {
                     last = Instant::now();
                     while let Some(cause) = live.next_untold() {
-                        nav_host::terminal::note(format_args!("runtime: {cause}"));
+                        terminal::warn(format_args!("runtime: {cause}"));
                     }
-                    nav_host::terminal::say(live.line(started.elapsed(), &mut last_ticks, passed));
+                    live.explanations().for_each(terminal::debug);
+                    if with_line {
+                        terminal::inform(live.line(started.elapsed(), &mut last_ticks, passed));
+                    }
                 }
             }
         };
+        if !terminal::says(Level::Warn) {
+            return Self { thread: None, ended };
+        }
         let thread = std::thread::Builder::new().spawn(print);
         if let Err(error) = &thread {
-            nav_host::terminal::note(format_args!(
-                "runtime: no thread for the live line ({error}), driving without"
-            ));
+            terminal::warn(format_args!("runtime: no thread for the live line ({error}), driving without"));
         }
         Self { thread: thread.ok(), ended }
     }

@@ -2,7 +2,7 @@
 
 use nav_core::messages::{CmdVel, Goal, LaserScan, Odometry, Status};
 use nav_core::tick::Inputs;
-use nav_host::terminal::note;
+use nav_host::terminal::warn;
 use nav_ipc::others::programs_of_other_users;
 use nav_ipc::{IpcConfig, IpcError, Reader, RobotName, RobotNode, Wakeup, Writer};
 use std::time::Duration;
@@ -32,7 +32,7 @@ impl Ports {
     pub fn open(robot: &RobotName, config: &IpcConfig) -> Result<Self, IpcError> {
         let node = RobotNode::open(robot, config)?;
         if let Some(word) = programs_of_other_users(config) {
-            note(word);
+            warn(word);
         }
         let command_out = node.writer()?;
         Ok(Self {

@@ -14,8 +14,10 @@ pub struct RealTime {
 /// What was granted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Granted {
-    /// What was and was not granted, in plain words.
+    /// What was granted, in plain words.
     pub words: Vec<String>,
+    /// What was not, and what to do.
+    pub refused: Vec<String>,
     /// Whether the thread has real-time priority.
     pub has_priority: bool,
 }
@@ -23,33 +25,41 @@ pub struct Granted {
 impl RealTime {
     /// Takes the measures for the calling thread.
     pub fn enter(&self) -> Granted {
-        let mut words = Vec::new();
-        let mut has_priority = false;
+        let mut granted = Granted::default();
         if let Some(core) = self.core {
-            words.push(match pin(core) {
-                Ok(()) => format!("the loop runs on core {core} only"),
-                Err(error) => {
-                    format!("the loop is not bound to core {core} ({error}); it may move between cores")
-                }
+            granted.add(pin(core), format!("the loop runs on core {core} only"), |error| {
+                format!("the loop is not bound to core {core} ({error}); it may move between cores")
             });
         }
         if let Some(priority) = self.priority {
-            words.push(match lock_memory() {
-                Ok(()) => "memory is locked".to_owned(),
-                Err(error) => format!(
+            granted.add(lock_memory(), "memory is locked".to_owned(), |error| {
+                format!(
                     "memory is not locked ({error}): a page fault may delay a tick; raise LimitMEMLOCK (ulimit -l)"
-                ),
+                )
             });
             let taken = take_fifo(priority);
-            has_priority = taken.is_ok();
-            words.push(match taken {
-                Ok(()) => format!("the loop has real-time priority {priority} (SCHED_FIFO)"),
-                Err(error) => format!(
+            granted.has_priority = taken.is_ok();
+            granted.add(taken, format!("the loop has real-time priority {priority} (SCHED_FIFO)"), |error| {
+                format!(
                     "the loop has ordinary priority ({error}): other programs may delay a tick; raise LimitRTPRIO (ulimit -r)"
-                ),
+                )
             });
         }
-        Granted { words, has_priority }
+        granted
+    }
+}
+
+impl Granted {
+    fn add(
+        &mut self,
+        outcome: std::io::Result<()>,
+        word: String,
+        refusal: impl FnOnce(std::io::Error) -> String,
+    ) {
+        match outcome {
+            Ok(()) => self.words.push(word),
+            Err(error) => self.refused.push(refusal(error)),
+        }
     }
 }
 
@@ -89,6 +99,24 @@ pub fn allowed_cores() -> std::io::Result<Vec<usize>> {
     Ok((0..libc::CPU_SETSIZE as usize).filter(|core| unsafe { libc::CPU_ISSET(*core, &set) }).collect())
 }
 
+/// How the calling thread is scheduled, for people.
+pub fn scheduling() -> String {
+    let mut parameter = libc::sched_param { sched_priority: 0 };
+    // SAFETY: a structure to write to, for the calling thread.
+    let (policy, known) =
+        unsafe { (libc::sched_getscheduler(0), libc::sched_getparam(0, &raw mut parameter) == 0) };
+    let priority = if known { parameter.sched_priority } else { 0 };
+    let class = match policy {
+        libc::SCHED_FIFO => format!("SCHED_FIFO, priority {priority}"),
+        libc::SCHED_RR => format!("SCHED_RR, priority {priority}"),
+        _ => "ordinary scheduling".to_owned(),
+    };
+    match allowed_cores() {
+        Ok(cores) => format!("the loop may run on cores {cores:?}, {class}"),
+        Err(error) => format!("the loop may run on cores that are not known ({error}), {class}"),
+    }
+}
+
 fn lock_memory() -> std::io::Result<()> {
     // SAFETY: takes flags only.
     outcome(unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) })
@@ -114,9 +142,9 @@ mod tests {
             let cores = allowed_cores().expect("readable");
             pin(cores[0]).expect("an allowed core");
             assert_eq!(allowed_cores().expect("readable"), cores[..1]);
-            let Granted { words, has_priority } = RealTime { priority: None, core: Some(100_000) }.enter();
-            assert!(!has_priority);
-            assert!(words[0].contains("is not bound"), "{words:?}");
+            let granted = RealTime { priority: None, core: Some(100_000) }.enter();
+            assert!(!granted.has_priority && granted.words.is_empty());
+            assert!(granted.refused[0].contains("is not bound"), "{granted:?}");
         })
         .join()
         .expect("no panic");

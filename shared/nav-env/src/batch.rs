@@ -12,7 +12,7 @@ use crate::robot::{Driven, Driver, SimulatedRobot};
 use crate::worlds::Place;
 
 /// Does `jobs` on threads, each with a worker that `make` makes, and hands what they give to `take`, here and in the
-/// order of the jobs whatever the number of threads. Once `stop` says so, no further job is begun; those under way
+/// order of the jobs whatever the number of threads; where the system gives none, here, too. Once `stop` says so, no further job is begun; those under way
 /// are finished and taken.
 ///
 /// # Errors
@@ -28,11 +28,12 @@ pub fn in_order<T: Send, W: FnMut(usize) -> T, E>(
     let has_failed = AtomicBool::new(false);
     let (send, receive) = mpsc::channel();
     std::thread::scope(|scope| {
+        let mut started = 0;
         for _ in 0..threads.clamp(1, jobs.len().max(1)) {
             let send = send.clone();
             let (next, has_failed, make, stop) = (&next, &has_failed, &make, &stop);
             let end = jobs.end;
-            scope.spawn(move || {
+            let worker = move || {
                 let mut work = make();
                 while !has_failed.load(Ordering::Relaxed) && !stop() {
                     let job = next.fetch_add(1, Ordering::Relaxed);
@@ -40,9 +41,14 @@ pub fn in_order<T: Send, W: FnMut(usize) -> T, E>(
                         break;
                     }
                 }
-            });
+            };
+            started += usize::from(std::thread::Builder::new().spawn_scoped(scope, worker).is_ok());
         }
         drop(send);
+        if started == 0 {
+            let mut work = make();
+            return jobs.take_while(|_| !stop()).try_for_each(|job| take(job, work(job)));
+        }
         let mut waiting = BTreeMap::new();
         let mut due = jobs.start;
         for (job, result) in receive {

@@ -87,7 +87,7 @@ impl Place {
     }
 }
 
-/// Generates the worlds of these seeds of each family on two threads.
+/// Generates the worlds of these seeds of each family on two threads, or on this one where the system gives no other.
 pub fn generate_places(
     families: &[Family],
     split: Split,
@@ -98,10 +98,15 @@ pub fn generate_places(
         families.iter().flat_map(|&family| seeds.clone().map(move |seed| (family, seed))).collect();
     let make = |&(family, seed): &(Family, u64)| Place::generated(family, split, seed, robot_radius_m);
     let (front, back) = wanted.split_at(wanted.len() / 2);
+    let make_back = || back.iter().map(make).collect::<Vec<_>>();
     std::thread::scope(|scope| {
-        let other = scope.spawn(|| back.iter().map(make).collect::<Vec<_>>());
+        let other = std::thread::Builder::new().spawn_scoped(scope, make_back);
         let mut places: Vec<_> = front.iter().map(make).collect();
-        places.extend(other.join().expect("world generation does not panic"));
+        places.extend(match other {
+            Ok(other) => other.join().expect("world generation does not panic"),
+            // A machine that has no thread to spare only takes longer.
+            Err(_) => make_back(),
+        });
         places
     })
 }

@@ -8,7 +8,7 @@
 //! | 129, 130, 131, 143 | asked to end by SIGHUP, SIGINT, SIGQUIT or SIGTERM, and ended in good order |
 
 use crate::stop::Signal;
-use crate::terminal::{self, note};
+use crate::terminal::{self, tell};
 use std::fmt::Display;
 use std::process::{ExitCode, Termination};
 
@@ -27,7 +27,7 @@ impl Exit {
     /// How a program ended whose work gave `result`; an error is told on stderr, after `prefix`.
     pub fn of(prefix: &str, result: Result<Self, impl Display>) -> Self {
         result.unwrap_or_else(|error| {
-            note(format_args!("{prefix}: {error:#}"));
+            tell(format_args!("{prefix}: {error:#}"));
             Self::Failed
         })
     }

@@ -4,7 +4,7 @@
 //! what that shell needs to complete the program's options. `cargo xtask man` writes them all into a folder.
 
 use crate::exit::Exit;
-use crate::terminal::{note, say};
+use crate::terminal::{say, tell};
 use clap::{Command, ValueEnum};
 use clap_complete::Shell;
 use clap_mangen::Man;
@@ -25,20 +25,42 @@ pub fn printed(command: Command) -> Option<Exit> {
         say(text.trim_end());
         Exit::Done
     } else {
-        note(format_args!("{OPTION} needs man, bash, zsh, fish, elvish or powershell"));
+        tell(format_args!("{OPTION} needs man, bash, zsh, fish, elvish or powershell"));
         Exit::Failed
     })
 }
 
-fn text(mut command: Command, what: &str) -> Option<String> {
+fn text(command: Command, what: &str) -> Option<String> {
     if what == "man" {
         return page(command);
     }
     let shell = Shell::from_str(what, false).ok()?;
     let name = command.get_name().to_owned();
     let mut bytes = Vec::new();
-    clap_complete::generate(shell, &mut command, name, &mut bytes);
-    String::from_utf8(bytes).ok()
+    clap_complete::generate(shell, &mut without_hidden(&command), name, &mut bytes);
+    let script = String::from_utf8(bytes).ok()?;
+    Some(if shell == Shell::Fish { with_values(&script) } else { script })
+}
+
+/// The command as shells need it: the generator would offer hidden subcommands, too.
+fn without_hidden(command: &Command) -> Command {
+    // The builder wants words that live for ever; these few do, and the program ends soon.
+    let word = |text: &str| -> &'static str { text.to_owned().leak() };
+    let shown = command.get_subcommands().filter(|subcommand| !subcommand.is_hide_set());
+    Command::new(word(command.get_name()))
+        .version(word(command.get_version().unwrap_or_default()))
+        .about(command.get_about().cloned().unwrap_or_default())
+        .args(command.get_arguments().cloned())
+        .subcommands(shown.cloned())
+}
+
+/// The generator's script for fish does not complete the value of an option before the subcommand: it takes the line for
+/// wrong, because the value is not there yet. With anything in its place the line is right.
+fn with_values(script: &str) -> String {
+    let (parse, or_return) = (" -- $cmd 2>/dev/null", "\n    or return");
+    let line = script.lines().find(|line| line.ends_with(parse)).unwrap_or_default();
+    let again = format!("{line}\n    or {} -- $cmd value 2>/dev/null", line.trim().trim_end_matches(parse));
+    script.replacen(&format!("{line}{or_return}"), &format!("{again}{or_return}"), 1)
 }
 
 /// One page for the program: its own sections, then one for each subcommand that help shows.
@@ -99,7 +121,10 @@ mod tests {
         for shell in Shell::value_variants() {
             let script = text(command(), &shell.to_string()).expect("a script");
             assert!(script.contains("speed") && script.contains("name"), "{shell}: {script}");
+            assert!(!script.contains("secret"), "{shell} offers what is hidden: {script}");
         }
+        let fish = text(command(), "fish").expect("a script");
+        assert!(fish.contains("-- $cmd value 2>/dev/null\n    or return"), "{fish}");
         assert_eq!(text(command(), "csh"), None);
     }
 }

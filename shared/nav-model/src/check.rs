@@ -3,6 +3,7 @@
 use crate::load::{PARITY_CASES, PARITY_TOLERANCE};
 use crate::model::{GOLDEN_TOLERANCE, Model};
 use nav_core::manifest::{Algorithm, FileEntry};
+use nav_core::network::CpuLevel;
 
 /// What was verified, for programs: `accepted`, then `checks` and the whole `manifest`, or the `reason` for which it was refused.
 pub fn json(read: Result<&Model, &impl std::error::Error>) -> serde_json::Value {
@@ -87,6 +88,29 @@ pub fn lines(model: &Model) -> Vec<String> {
         golden.dqn.len(),
         model.golden_difference()
     ));
+    lines
+}
+
+/// What else helps to find a mistake, a line each: rates and limits, and what the networks consist of.
+pub fn details(model: &Model) -> Vec<String> {
+    let task = &model.manifest().task;
+    let mut lines = vec![format!(
+        "a tick every {:.0} ms; {} m/s² and {} rad/s² at most; scans over {:.0} degrees and {} m at least half as far",
+        1e3 * task.control_period_s,
+        task.robot.linear_acceleration_mps2,
+        task.robot.angular_acceleration_radps2,
+        task.lidar.field_of_view_rad.to_degrees(),
+        task.lidar.range_max_m
+    )];
+    for (name, network) in [("td3", Some(model.td3())), ("dqn", model.dqn())] {
+        let Some(network) = network else { continue };
+        lines.push(format!(
+            "{name}: {} bytes of ONNX, {}; runs with {}",
+            network.onnx().len(),
+            network.operators(),
+            CpuLevel::detect()
+        ));
+    }
     lines
 }
 

@@ -57,6 +57,7 @@ pub struct LoadedNetwork {
     oracle: TractOracle,
     contract: NetworkContract,
     parity: f32,
+    operators: String,
     onnx: Vec<u8>,
 }
 
@@ -84,6 +85,11 @@ impl LoadedNetwork {
     /// The largest difference between executor and tract, relative as [`PARITY_TOLERANCE`] says.
     pub fn parity(&self) -> f32 {
         self.parity
+    }
+
+    /// What tract made of its nodes, for people: `2 EinSum, 1 Tanh`, in order of first use.
+    pub fn operators(&self) -> &str {
+        &self.operators
     }
 
     /// The bytes it was loaded from, for another engine; weights that lay in other files are in them.
@@ -136,13 +142,26 @@ fn load(
     level: CpuLevel,
 ) -> Result<LoadedNetwork, LoadError> {
     let (typed, onnx) = parse(bytes, files, contract)?;
+    let operators = counted(typed.nodes().iter().map(|node| node.op.name().into_owned()));
     let program = guarded(|| Ok(lower::lower(&typed, contract)))??;
     let spec = program.spec()?;
     let memory = Arena::new(spec.memory_len(level)).map_err(LoadError::Memory)?;
     let mut network = Network::new(&spec, memory, level)?;
     let oracle = TractOracle::new(typed, contract)?;
     let parity = parity::compare(&mut network, &oracle)?;
-    Ok(LoadedNetwork { network, oracle, contract: contract.clone(), parity, onnx })
+    Ok(LoadedNetwork { network, oracle, contract: contract.clone(), parity, operators, onnx })
+}
+
+/// How often each name comes, in order of first use; inputs and constants are no work.
+fn counted(names: impl Iterator<Item = String>) -> String {
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    for name in names.filter(|name| name != "Source" && name != "Const") {
+        match counts.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    counts.iter().map(|(name, count)| format!("{count} {name}")).collect::<Vec<_>>().join(", ")
 }
 
 /// Bytes to a typed, decluttered graph whose input has the contract's shape, and the bytes of the whole model.

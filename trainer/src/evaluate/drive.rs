@@ -1,11 +1,12 @@
 //! Every policy in every world, on several threads; rows come in a fixed order whatever their number.
 
 use anyhow::{Context, Result};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use nav_env::batch::in_order;
 use nav_env::robot::{Driven, Driver, SimulatedRobot};
 use nav_env::rows::EpisodeRow;
 use nav_host::stop::Stop;
+use nav_host::terminal::{Level, debug, says};
 use nav_sim::drawing::{EpisodeTrace, svg_sheet, write_picture};
 use std::sync::{Mutex, PoisonError};
 
@@ -23,6 +24,9 @@ pub fn drive(plan: &Plan, episodes: &mut Episodes, threads: usize, stop: &Stop) 
         ProgressStyle::with_template("{bar:30} {pos}/{len} episodes, {eta} left")
             .context("the bar's template")?,
     );
+    if !says(Level::Info) {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
     let driven = episodes.rows.len();
     bar.inc(driven as u64);
     // Of the first world some policies may have driven already.
@@ -44,6 +48,13 @@ pub fn drive(plan: &Plan, episodes: &mut Episodes, threads: usize, stop: &Stop) 
         |_, new| {
             for row in new {
                 file.append(&row)?;
+                debug(format_args!(
+                    "{}: {}, seed {}: {:?}",
+                    row.policy,
+                    scene(&row),
+                    row.world_seed,
+                    row.end
+                ));
                 rows.push(row);
                 bar.inc(1);
             }
@@ -59,6 +70,11 @@ pub fn drive(plan: &Plan, episodes: &mut Episodes, threads: usize, stop: &Stop) 
             plan.out.display()
         )
     })
+}
+
+fn scene(row: &EpisodeRow) -> String {
+    let family = row.family.map(|family| family.to_string());
+    family.or_else(|| row.world_file.clone()).unwrap_or_default()
 }
 
 fn drive_world(plan: &Plan, fleet: &mut Fleet, world: usize, skipped: usize) -> Vec<EpisodeRow> {

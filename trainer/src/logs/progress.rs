@@ -3,6 +3,8 @@
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
 
+use nav_host::terminal::{Level, debug, escaped, note, says, warn};
+
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Time between two plain lines.
@@ -41,7 +43,7 @@ pub struct Progress {
 impl Progress {
     /// Begins a stage of `total` units on standard error.
     pub fn new(stage: &str, total: u64) -> Self {
-        let bar = stderr().is_terminal().then(|| {
+        let bar = (stderr().is_terminal() && says(Level::Info)).then(|| {
             let style = ProgressStyle::with_template("{prefix:>12} {bar:30} {percent:>3} %  {msg}")
                 .expect("the template is valid")
                 .progress_chars("=> ");
@@ -85,11 +87,20 @@ impl Progress {
         }
     }
 
-    /// Prints a line of its own, above the bar.
-    pub fn note(&self, line: &str) {
+    /// Prints a warning on a line of its own, above the bar.
+    pub fn warn(&self, line: &str) {
         match &self.bar {
-            Some(bar) => bar.println(nav_host::terminal::escaped(line)),
-            None => nav_host::terminal::note(line),
+            Some(bar) => bar.println(escaped(line)),
+            None => warn(line),
+        }
+    }
+
+    /// The same with what helps to find a mistake.
+    pub fn debug(&self, line: &str) {
+        match &self.bar {
+            Some(bar) if says(Level::Debug) => bar.println(escaped(line)),
+            Some(_) => {}
+            None => debug(line),
         }
     }
 
@@ -103,7 +114,7 @@ impl Progress {
 
     fn print(&self, now: Instant) {
         let percent = 100 * self.last.1.position / self.total.max(1);
-        nav_host::terminal::note(format_args!("{:>12} {percent:>3} %  {}", self.stage, self.text(now)));
+        note(format_args!("{:>12} {percent:>3} %  {}", self.stage, self.text(now)));
     }
 
     /// Everything after the percentage.

@@ -8,6 +8,8 @@ use nav_env::high::HighTransition;
 use nav_env::seeds::derive;
 use rand::SeedableRng;
 use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, PoisonError};
+use std::thread::{Builder, ScopedJoinHandle};
 
 use super::low_learner::OTHER;
 use crate::acting::{pack, repack};
@@ -91,15 +93,18 @@ impl HighLearner {
         let due = self.decisions.saturating_sub(self.config.warmup_decisions)
             / u64::from(self.config.decisions_per_update);
         let Self { acting, learner, batch, replay, sampler, losses, .. } = self;
+        // Whoever comes first: the thread, or this one where the system has none to spare.
+        let job = Mutex::new(Some(|| drive(acting)));
+        let take = || job.lock().unwrap_or_else(PoisonError::into_inner).take();
         let driven = std::thread::scope(|scope| {
-            let driving = scope.spawn(|| drive(acting));
+            let driving = Builder::new().spawn_scoped(scope, || take().map(|drive| drive()));
             while learner.updates() < due {
                 batch.sample(replay, sampler);
                 *losses = learner.update(batch);
             }
-            driving.join()
+            driving.map_or_else(|_| Ok(take().map(|drive| drive())), ScopedJoinHandle::join)
         });
-        let driven = driven.map_err(|_| anyhow::anyhow!("a robot's thread panicked: this is a defect"))?;
+        let driven = driven.ok().flatten().context("a robot's thread panicked: this is a defect")?;
         ensure!(
             self.losses.is_sane(),
             "the high level diverged after {} updates (a loss or value has exploded): try a lower \

@@ -5,7 +5,7 @@ mod rounds;
 use anyhow::{Context, Result, bail};
 use nav_core::task::Task;
 use nav_host::stop::{Signal, Stop};
-use nav_host::terminal::note;
+use nav_host::terminal::{note, warn};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -85,7 +85,7 @@ impl Run {
                     folder.checkpoints().display()
                 )));
             }
-            note(format_args!("warning: {error:#}"));
+            warn(format_args!("warning: {error:#}"));
         }
         let fresh = Meta {
             commit: crate::commit::commit(),
@@ -108,7 +108,7 @@ impl Run {
             );
         }
         if meta.commit != crate::commit::commit() {
-            note(format_args!(
+            warn(format_args!(
                 "warning: the run began at commit {}, this is {}: it may not go on exactly as it would have",
                 meta.commit,
                 crate::commit::commit()
@@ -230,7 +230,7 @@ impl Run {
         let scalars = policy.gate.scalars(&policy.task);
         let scalars: Vec<_> = scalars.iter().map(|(name, value)| (name.as_str(), *value)).collect();
         if let Err(error) = self.log.write(policy.env_steps, &scalars) {
-            note(format_args!("warning: the gate's figures were not written into the logs ({error})"));
+            warn(format_args!("warning: the gate's figures were not written into the logs ({error})"));
         }
         self.folder.save_policy(&policy)?;
         Ok(End::Finished(Box::new(policy)))

@@ -4,12 +4,14 @@ use crate::stop;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, Write};
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, OwnedFd};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Pieces of text that may wait: hours of a line a second.
 const WAITING_MAX: usize = 4096;
+/// A pipe that takes anything takes so many bytes without waiting (`PIPE_BUF`).
+const PIPE_PIECE: usize = 4096;
 /// How long the other stream may take until text overtakes it.
 const ORDER: Duration = Duration::from_millis(100);
 /// How long the end waits for a reader that takes nothing.
@@ -105,13 +107,25 @@ impl Stream {
     fn wake(&'static self, mut state: MutexGuard<'_, State>) {
         if !state.has_thread {
             let builder = std::thread::Builder::new().name("terminal".to_owned()).stack_size(1 << 17);
-            // Without a thread nobody reads a word, and the work goes on.
             state.has_thread = builder.spawn(|| self.write_for_ever()).is_ok();
             if !state.has_thread {
-                state.waiting.clear();
+                self.write_here(&mut state.waiting);
             }
         }
         self.changed.notify_all();
+    }
+
+    /// Where the system has no thread to spare: writes what its reader takes soon, and drops the rest.
+    fn write_here(&self, waiting: &mut VecDeque<String>) {
+        let Ok(mut file) = (self.open)().map(File::from) else { return waiting.clear() };
+        for text in waiting.drain(..) {
+            for piece in text.as_bytes().chunks(PIPE_PIECE) {
+                // Whoever has closed it misses it.
+                if !takes_more(&file) || file.write_all(piece).is_err() {
+                    break;
+                }
+            }
+        }
     }
 
     fn write_for_ever(&self) {
@@ -149,6 +163,13 @@ impl Stream {
     fn wait<'a>(&'a self, state: MutexGuard<'a, State>, time: Duration) -> MutexGuard<'a, State> {
         self.changed.wait_timeout(state, time).unwrap_or_else(PoisonError::into_inner).0
     }
+}
+
+/// Whether a write would not wait for long.
+fn takes_more(file: &File) -> bool {
+    let mut poll = libc::pollfd { fd: file.as_raw_fd(), events: libc::POLLOUT, revents: 0 };
+    // SAFETY: one valid entry.
+    unsafe { libc::poll(&raw mut poll, 1, ORDER.as_millis() as libc::c_int) > 0 }
 }
 
 #[cfg(test)]

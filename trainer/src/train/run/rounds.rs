@@ -2,7 +2,7 @@
 //! from a divergence.
 
 use anyhow::{Context, Result};
-use nav_host::terminal::note;
+use nav_host::terminal::warn;
 use std::time::{Duration, Instant};
 
 use super::{End, Meta, Run};
@@ -18,6 +18,12 @@ const CHECKPOINT_PERIOD: Duration = Duration::from_secs(60);
 const LOG_STEPS: u64 = 5_000;
 /// Factor on the learning rates after a divergence.
 const ROLL_BACK_FACTOR: f32 = 0.3;
+
+/// A row of scalars, for people.
+fn row(step: u64, scalars: &[(&str, f64)]) -> String {
+    let scalars: Vec<_> = scalars.iter().map(|(name, value)| format!("{name} {value:.4}")).collect();
+    format!("step {step}: {}", scalars.join(", "))
+}
 
 impl Run {
     /// Rounds until the stage has finished (`None`), has failed, or somebody asks to stop.
@@ -35,7 +41,7 @@ impl Run {
             // What the stages before have learned is kept from now on.
             None if stage.can_save(learners) => {
                 if let Err(error) = self.save(stage, learners) {
-                    note(format_args!("warning: {error:#}; training goes on"));
+                    warn(format_args!("warning: {error:#}; training goes on"));
                 }
             }
             None => {}
@@ -54,8 +60,10 @@ impl Run {
             // At the same steps whether or not the run was interrupted.
             if step / LOG_STEPS > self.logged_step / LOG_STEPS || collapse.is_some() {
                 self.logged_step = step;
-                if let Err(error) = self.log.write(step, &stage.scalars(learners)) {
-                    progress.note(&format!("warning: scalars were not written ({error}); training goes on"));
+                let scalars = stage.scalars(learners);
+                progress.debug(&row(step, &scalars));
+                if let Err(error) = self.log.write(step, &scalars) {
+                    progress.warn(&format!("warning: scalars were not written ({error}); training goes on"));
                 }
             }
             if let Some(reason) = collapse {
@@ -67,8 +75,11 @@ impl Run {
             let mut is_saved = false;
             if stage.can_save(learners) && due {
                 match self.save(stage, learners) {
-                    Ok(()) => is_saved = true,
-                    Err(error) => progress.note(&format!("warning: {error:#}")),
+                    Ok(()) => {
+                        is_saved = true;
+                        progress.debug(&format!("checkpoint of step {step} is saved"));
+                    }
+                    Err(error) => progress.warn(&format!("warning: {error:#}")),
                 }
             }
             if let Some(signal) = stopping {
@@ -111,7 +122,7 @@ impl Run {
             !self.meta.rolled_back && meta.is_ok_and(|meta| meta.stage == self.meta.stage)
         });
         let Some(mut checkpoint) = usable else { return Ok(Some(End::Failed(format!("{error:#}")))) };
-        note(format_args!(
+        warn(format_args!(
             "warning: {error:#}; going back to {} with learning rates times {ROLL_BACK_FACTOR}",
             checkpoint.path().display()
         ));
