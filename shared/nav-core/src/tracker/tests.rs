@@ -33,6 +33,8 @@ struct Scene {
     stamp_ns: u64,
     noise_m: f32,
     failed_share: f32,
+    /// Error of the believed pose, m and rad.
+    jitter: f32,
     seed: u64,
 }
 
@@ -50,6 +52,7 @@ impl Scene {
             stamp_ns: 1_000_000_000,
             noise_m: 0.0,
             failed_share: 0.0,
+            jitter: 0.0,
             seed: 0,
         }
     }
@@ -90,7 +93,13 @@ impl Scene {
             }
         }
         self.beams.read(&scan, f32::INFINITY);
-        self.tracker.update(&self.beams, self.pose, self.stamp_ns);
+        let jitter = |salt: u64| self.jitter * hashed(self.stamp_ns, salt);
+        let believed = Pose {
+            x_m: self.pose.x_m + jitter(7001),
+            y_m: self.pose.y_m + jitter(7002),
+            yaw_rad: wrap_angle(self.pose.yaw_rad + jitter(7003)),
+        };
+        self.tracker.update(&self.beams, believed, self.stamp_ns);
     }
 
     fn steps(&mut self, count: usize) {
@@ -149,6 +158,27 @@ fn whoever_walks_close_along_a_wall_is_followed() {
     }
 }
 
+/// Where the last beam neighbours the first.
+#[test]
+fn whoever_comes_from_behind_is_followed() {
+    for beams in [180, 720] {
+        let mut scene = Scene::new(beams);
+        scene.discs.push(person(-3.2, 0.05, 0.8, 0.0));
+        scene.steps(14);
+        scene.assert_followed(0, &std::format!("{beams} beams"));
+        assert_eq!(scene.tracker.tracks().len(), 1);
+    }
+}
+
+#[test]
+fn a_corner_is_nobody() {
+    let mut scene = Scene::new(720);
+    scene.wall((1.6, -0.35), (2.0, 0.0));
+    scene.wall((2.0, 0.0), (1.6, 0.35));
+    scene.steps(5);
+    assert!(scene.tracker.tracks().is_empty(), "{:?}", scene.tracker.tracks());
+}
+
 #[test]
 fn a_pillar_stands() {
     let mut scene = Scene::new(72);
@@ -182,6 +212,26 @@ fn what_stands_makes_no_mover_while_the_robot_turns_and_drives() {
             scene.turn_radps = 0.8 * libm::sinf(f32::from(step) * 0.05);
             let (sin, cos) = libm::sincosf(f32::from(step) * 0.02);
             (scene.pose.x_m, scene.pose.y_m) = (1.2 * cos - 1.2, 1.2 * sin);
+            scene.step(0.1);
+            let mover = scene.tracker.tracks().iter().find(|track| track.is_moving());
+            assert!(mover.is_none(), "{beams} beams, step {step}: {mover:?}");
+        }
+    }
+}
+
+/// Thin walls that the robot drives along and round, with a pose that is off by a centimetre and half a degree.
+#[test]
+fn a_wall_seen_along_its_length_makes_no_mover() {
+    for beams in [180, 360, 720] {
+        let mut scene = Scene::new(beams);
+        (scene.noise_m, scene.jitter) = (0.02, 0.01);
+        scene.wall((1.5, 0.0), (4.0, 0.0));
+        scene.wall((-1.5, 0.3), (-4.0, 0.3));
+        scene.wall((-4.5, -4.5), (4.5, -4.5));
+        scene.wall((-4.5, 4.5), (4.5, 4.5));
+        for step in 0..300_u16 {
+            scene.pose.y_m = 0.8 * libm::sinf(f32::from(step) * 0.07);
+            scene.turn_radps = 0.5 * libm::cosf(f32::from(step) * 0.05);
             scene.step(0.1);
             let mover = scene.tracker.tracks().iter().find(|track| track.is_moving());
             assert!(mover.is_none(), "{beams} beams, step {step}: {mover:?}");
