@@ -18,7 +18,7 @@
 //! At last, on stderr, the time of an update with 32 tracks. Seconds are short where robots collide: rivals do not look
 //! ahead.
 //!
-//! `cargo run --release -p nav-rivals --example tracking -- [worlds=20] [families=crowd,maze] [beams=72,720]`; `verbose=yes`
+//! `cargo run --release -p nav-rivals --example tracking -- [worlds=20] [first=0] [families=crowd,maze] [beams=72,720]`; `verbose=yes`
 //! says where each false mover was
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example prints")]
 
@@ -40,6 +40,7 @@ use nav_sim::lidar::ray_disc_m;
 use nav_sim::simulation::Simulation;
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
+use std::ops::Range;
 use std::time::Instant;
 
 /// People farther away do not count, m.
@@ -273,10 +274,10 @@ fn quantile(values: &mut [f32], share: f32) -> f32 {
     values.get(place).copied().unwrap_or(f32::NAN)
 }
 
-fn measured(family: Family, beams: u32, worlds: u64, verbose: bool) -> Counts {
+fn measured(family: Family, beams: u32, worlds: Range<u64>, verbose: bool) -> Counts {
     let lidar = OtherLidar { beam_count: beams, range_max_m: Task::default().lidar.range_max_m };
     let mut counts = Counts::default();
-    for seed in 0..worlds {
+    for seed in worlds {
         let place = Place::generated(family, Split::Validation, seed, Task::default().robot.radius_m);
         let task = lidar.on(&Limits::default().task(&Task::default(), place.scene.episode_steps()));
         let rival = if seed % 2 == 0 { Rival::Astar } else { Rival::Reactive };
@@ -332,7 +333,10 @@ fn main() {
         .filter_map(|argument| argument.split_once('=').map(|(key, value)| (key.into(), value.into())))
         .collect();
     let option = |key: &str, usual: &str| options.get(key).cloned().unwrap_or_else(|| usual.into());
-    let worlds = option("worlds", "20").parse().expect("worlds= takes a number");
+    let number =
+        |key: &str, usual: &str| option(key, usual).parse::<u64>().expect("worlds= and first= take numbers");
+    let first = number("first", "0");
+    let worlds = first..first + number("worlds", "20");
     let verbose = option("verbose", "no") == "yes";
     let families = option("families", "crowd,stream,rooms,maze,clutter,boxes");
     let beams = option("beams", "72,180,360,720");
@@ -346,7 +350,7 @@ fn main() {
     for &beams in &beams {
         for family in families.split(',') {
             let family: Family = family.parse().expect("families= takes names of families");
-            print_row(family, beams, &mut measured(family, beams, worlds, verbose));
+            print_row(family, beams, &mut measured(family, beams, worlds.clone(), verbose));
         }
     }
     eprintln!("ring of 32 people, nothing else to do: beams, tracks, update_median_us, update_p99_us");
