@@ -18,8 +18,8 @@
 //! At last, on stderr, the time of an update with 32 tracks. Seconds are short where robots collide: rivals do not look
 //! ahead.
 //!
-//! `cargo run --release -p nav-rivals --example tracking -- [worlds=20] [first=0] [families=crowd,maze] [beams=72,720]`; `verbose=yes`
-//! says where each false mover was
+//! `cargo run --release -p nav-rivals --example tracking -- [worlds=20] [first=0] [families=crowd,maze] [beams=72,720]`;
+//! `verbose=yes` says where each false mover was.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example prints")]
 
 use nav_core::geometry::{Point, Pose, Vector};
