@@ -55,7 +55,7 @@ pub(crate) struct Arguments {
     pub(crate) instead: Option<Instead>,
     #[command(flatten)]
     pub(crate) log: LogArguments,
-    /// Scene family to generate worlds from: clutter, boxes, u_trap, deep_u, hook, maze, maze_tight, rooms, crowd, stream, tight
+    /// Scene family to generate worlds from: clutter, boxes, u_trap, deep_u, hook, maze, maze_tight, rooms, crowd, stream, tight, corridor, doorway
     #[arg(long, visible_alias = "world", default_value = "clutter", conflicts_with_all = ["map", "world_file"])]
     pub(crate) family: Family,
     /// Which worlds of the family: train, validation or test (never seen in training)

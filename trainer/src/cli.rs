@@ -122,8 +122,8 @@ pub struct EvaluateArgs {
     /// Without --policy: the model that drives as `hybrid`, with its own low level as `td3`, beside every rival
     #[arg(long, value_name = "FOLDER", default_value = "models", conflicts_with = "policies")]
     pub model: PathBuf,
-    /// Families of worlds [default: clutter, boxes, u_trap, deep_u, hook, maze, rooms, crowd and stream, or none with
-    /// --world-files]
+    /// Families of worlds [default: clutter, boxes, u_trap, deep_u, hook, maze, rooms, crowd, stream, corridor and doorway,
+    /// or none with --world-files]
     #[arg(long, value_delimiter = ',')]
     pub families: Vec<Family>,
     /// Worlds a family, seeds 0, 1, 2 and so on

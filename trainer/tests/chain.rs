@@ -85,12 +85,12 @@ fn killed_resumed_exported_and_evaluated() {
     let arguments =
         ["evaluate", "--model", "whole", "--families", "clutter", "--worlds", "2", "--out", "eval"];
     let table = succeed(here, &arguments);
-    for policy in ["hybrid", "td3", "astar", "dijkstra", "reactive"] {
+    for policy in ["hybrid", "td3", "astar", "dijkstra", "reactive", "clairvoyant"] {
         assert!(table.contains(policy), "{table}");
         assert!(here.join("eval").join(format!("{policy}.png")).exists());
     }
     let rows = std::fs::read_to_string(here.join("eval/episodes.csv")).expect("written");
-    assert_eq!(rows.lines().count(), 1 + 5 * 2);
+    assert_eq!(rows.lines().count(), 1 + 6 * 2);
 }
 
 #[test]

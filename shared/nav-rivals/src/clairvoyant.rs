@@ -31,16 +31,17 @@ use search::{Effort, Search};
 use std::sync::Arc;
 
 /// What is tried until a way holds, in this order.
-const EFFORTS: [Effort; 8] = [
+const EFFORTS: [Effort; 6] = [
     Effort { beam: 60, gap_m: 0.1, goes_around: false },
     Effort { beam: 60, gap_m: 0.1, goes_around: true },
     Effort { beam: 100, gap_m: 0.05, goes_around: false },
     Effort { beam: 100, gap_m: 0.05, goes_around: true },
     Effort { beam: 300, gap_m: 0.02, goes_around: false },
     Effort { beam: 300, gap_m: 0.02, goes_around: true },
-    Effort { beam: 1500, gap_m: 0.02, goes_around: false },
-    Effort { beam: 1500, gap_m: 0.02, goes_around: true },
 ];
+
+/// So many steps of a way that does not lead to the goal are driven at most.
+const DRIVEN_MAX: usize = 30;
 
 /// Plans in the future, and drives the plan.
 pub struct Clairvoyant {
@@ -77,7 +78,7 @@ fn planned(truth: &Simulation, field: &GeodesicField) -> Vec<Twist> {
         future = driven;
     }
     let (safe, mut way) = best;
-    way.truncate((safe / 2).max(1));
+    way.truncate((safe / 2).clamp(1, DRIVEN_MAX));
     way
 }
 

@@ -13,9 +13,12 @@
 //! | `crowd` | open floor, 14-24 people | people |
 //! | `stream` | two rooms, 8-16 people streaming through the shorter passage between them | people; held out |
 //! | `tight` | gaps, corridors of 0.72-1.2 m and corners | control; for training the low level |
+//! | `corridor` | two halls and a corridor of 2.4-3.4 m, 4-7 groups coming towards each other | people; held out |
+//! | `doorway` | two rooms and one door of 1.3-1.8 m, 3-6 groups coming through, some stopping in it | people; held out |
 //!
 //! A world is a pure function of family, split and seed. The splits draw from disjoint generator states, and
-//! the people of the test split may walk faster and be larger than any in training.
+//! the people of the test split may walk faster and be larger than any in training. In `corridor` and `doorway` people
+//! are in every split as they are measured (`pedestrians.rs`): mostly faster than the robot, and in groups.
 
 mod dice;
 mod scene;
@@ -27,6 +30,8 @@ mod maze;
 mod rooms;
 mod stream;
 mod tight;
+mod pedestrians;
+mod corridor;
 
 use crate::geodesic::GeodesicField;
 use crate::world::World;
@@ -72,6 +77,10 @@ pub enum Family {
     Stream,
     /// Narrow gaps, corridors and corners.
     Tight,
+    /// Counter-flow in a corridor between two halls; held out.
+    Corridor,
+    /// A door with people coming through; held out.
+    Doorway,
 }
 
 /// Which worlds of a family: no two splits share one.
@@ -88,7 +97,7 @@ pub enum Split {
 
 impl Family {
     /// All families, in the order of reports.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Clutter,
         Self::Boxes,
         Self::UTrap,
@@ -100,6 +109,8 @@ impl Family {
         Self::Crowd,
         Self::Stream,
         Self::Tight,
+        Self::Corridor,
+        Self::Doorway,
     ];
 
     /// Its name in configurations, on command lines and in results.
@@ -116,17 +127,19 @@ impl Family {
             Self::Crowd => "crowd",
             Self::Stream => "stream",
             Self::Tight => "tight",
+            Self::Corridor => "corridor",
+            Self::Doorway => "doorway",
         }
     }
 
     /// Whether a policy may be trained on it. The held-out families measure generalisation.
     pub const fn trainable(self) -> bool {
-        !matches!(self, Self::Hook | Self::MazeTight | Self::Stream)
+        !matches!(self, Self::Hook | Self::MazeTight | Self::Stream | Self::Corridor | Self::Doorway)
     }
 
     /// Whether people walk in its worlds.
     pub const fn has_people(self) -> bool {
-        matches!(self, Self::Crowd | Self::Stream)
+        matches!(self, Self::Crowd | Self::Stream | Self::Corridor | Self::Doorway)
     }
 
     /// Steps of 0.1 s that an episode needs: 500, and more where the way must first be found.
@@ -167,6 +180,8 @@ impl Family {
             Self::Crowd => open::crowd(dice, split),
             Self::Stream => stream::draft(dice, split),
             Self::Tight => tight::draft(dice),
+            Self::Corridor => corridor::corridor(dice),
+            Self::Doorway => corridor::doorway(dice),
         }
     }
 }

@@ -7,13 +7,17 @@
 //! | social force | people and walls within [`SIGHT_M`] | `social_force.rs` |
 //! | ORCA | people and walls within [`SIGHT_M`] | `orca.rs` |
 //!
-//! Whether a person also sees the robot is its own property ([`Person::sees_robot`]); the scripted never do.
+//! Whether a person also sees the robot is its own property ([`Person::sees_robot`]); the scripted never do. On top of
+//! each way, a person may stop at a waypoint ([`Person::stop`]) and turn round, or, in the last two, keep a place beside
+//! somebody instead of going round waypoints ([`Person::beside`], `company.rs`); with a single waypoint it stays there.
 //! Velocities are chosen once a step, all from the
 //! same moment; then everybody moves with them in substeps. Social force and ORCA are pushed out of static
 //! obstacles (they may enter by centimetres within a step); scripted people trust their waypoints to lie in free straight lines. The
 //! cost of a step is bounded: everybody looks at the nearest [`NEIGHBOURS_MAX`] only, found by comparing all
 //! pairs.
 
+mod walker;
+mod company;
 mod neighbours;
 mod scripted;
 mod social_force;
@@ -23,22 +27,21 @@ pub use neighbours::{NEIGHBOURS_MAX, SIGHT_M};
 
 use crate::collision::closest_on_segment;
 use crate::obstacles::Obstacles;
-use crate::world::{Person, WalkModel};
+use crate::world::{Beside, Person, WalkModel, Whom};
+use company::Leader;
 use nav_core::geometry::{Point, Vector};
 use neighbours::Neighbours;
 use rand::{Rng, RngExt};
+use walker::Walker;
 
 /// Scripted people turn to the next waypoint this close to one, m.
 const REACHED_SCRIPTED_M: f32 = 0.05;
 /// Others, who may have to share it, turn this close, m.
 const REACHED_M: f32 = 0.4;
-/// Who comes no nearer to its waypoint for so long turns round, s.
-const PATIENCE_S: f32 = 6.0;
-/// What counts as nearer, m.
-const NEARER_M: f32 = 0.1;
-/// Least and largest angle by which those who avoid others walk to one side of straight ahead, rad; the side
-/// is drawn. It breaks the symmetry of two who meet head-on.
-const BIAS_RAD: [f32; 2] = [0.04, 0.1];
+/// Those who take their place walk at up to so many times their speed.
+const HURRY: f32 = 1.3;
+/// The course of a robot that drives slower is not heeded, m/s.
+const ROBOT_STANDS_MPS: f32 = 0.05;
 
 /// A person at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,18 +65,6 @@ pub struct RobotState {
     pub radius_m: f32,
 }
 
-/// Where a person is on its round.
-#[derive(Clone, Copy, Debug)]
-struct Walker {
-    waypoint: usize,
-    forwards: bool,
-    /// Closest that it came to the waypoint, m, and how long ago, s.
-    closest_m: f32,
-    stalled_s: f32,
-    patience: scripted::Patience,
-    bias_rad: f32,
-}
-
 /// Everybody in a world.
 #[derive(Clone, Debug, Default)]
 pub struct Crowd {
@@ -93,15 +84,13 @@ impl Crowd {
             velocity: Vector::zeros(),
             radius_m: person.radius_m,
         }));
+        self.neighbours.reset(people);
         self.walkers.clear();
-        self.walkers.extend(people.iter().map(|_| Walker {
-            waypoint: 0,
-            forwards: true,
-            closest_m: f32::INFINITY,
-            stalled_s: 0.0,
-            patience: scripted::Patience::default(),
-            bias_rad: drawn_bias_rad(rng),
-        }));
+        self.walkers.extend(people.iter().map(|_| Walker::new(rng)));
+        // After all others, so that who never stops walks as if nobody did.
+        for (walker, _) in self.walkers.iter_mut().zip(people).filter(|(_, person)| person.stop.is_some()) {
+            walker.with_luck(rng.random());
+        }
     }
 
     /// Everybody, in the order of the world's people.
@@ -114,7 +103,10 @@ impl Crowd {
         self.chosen.clear();
         for (index, person) in people.iter().enumerate() {
             let state = self.people[index];
-            let preferred = self.preferred(index, person, dt_s);
+            let preferred = match person.beside {
+                Some(beside) => self.beside(index, people, beside, robot, obstacles),
+                None => self.preferred(index, person, dt_s),
+            };
             if person.model != WalkModel::Scripted {
                 let robot = person.sees_robot.then_some(robot);
                 let yields = person.model == WalkModel::ScriptedYielding;
@@ -159,6 +151,7 @@ impl Crowd {
     fn preferred(&mut self, index: usize, person: &Person, dt_s: f32) -> Vector {
         let position = self.people[index].position;
         let walker = &mut self.walkers[index];
+        let pace = company::pace(std::mem::take(&mut walker.lag_m));
         let avoids = matches!(person.model, WalkModel::SocialForce | WalkModel::Orca);
         let reached_m = if avoids { REACHED_M } else { REACHED_SCRIPTED_M };
         let Some(target) = person.waypoints.get(walker.waypoint) else {
@@ -166,12 +159,14 @@ impl Crowd {
         };
         let mut distance_m = (target - position).norm();
         let alone = person.waypoints.len() == 1;
-        if distance_m <= reached_m && !alone {
+        if (distance_m <= reached_m || walker.stands_s.is_some()) && !alone {
+            if walker.stands_on(person, dt_s) {
+                return Vector::zeros();
+            }
             walker.turn_to_next(person.waypoints.len());
             distance_m = (person.waypoints[walker.waypoint] - position).norm();
         } else if avoids && !alone && walker.is_stuck(distance_m, dt_s) {
-            walker.forwards = !walker.forwards;
-            walker.turn_to_next(person.waypoints.len());
+            walker.turn_round(person.waypoints.len());
             distance_m = (person.waypoints[walker.waypoint] - position).norm();
         }
         if distance_m <= 1e-4 {
@@ -179,33 +174,58 @@ impl Crowd {
         }
         // Never past the waypoint within this step.
         let speed_mps = person.speed_mps.min(distance_m / dt_s);
-        let straight = (person.waypoints[walker.waypoint] - position) * (speed_mps / distance_m);
+        let to = person.waypoints[walker.waypoint] - position;
+        walker.head_for(to / distance_m);
+        let straight = to * (speed_mps / distance_m);
+        let straight = if pace < 1.0 { straight * pace } else { straight };
         if avoids { turned(straight, walker.bias_rad) } else { straight }
     }
-}
 
-impl Walker {
-    fn turn_to_next(&mut self, count: usize) {
-        let step = if self.forwards { 1 } else { count - 1 };
-        self.waypoint = (self.waypoint + step) % count;
-        self.closest_m = f32::INFINITY;
-        self.stalled_s = 0.0;
-    }
-
-    fn is_stuck(&mut self, distance_m: f32, dt_s: f32) -> bool {
-        if distance_m < self.closest_m - NEARER_M {
-            self.closest_m = distance_m;
-            self.stalled_s = 0.0;
-        } else {
-            self.stalled_s += dt_s;
+    /// Keeps a place beside somebody, m/s.
+    fn beside(
+        &mut self,
+        index: usize,
+        people: &[Person],
+        beside: Beside,
+        robot: RobotState,
+        obstacles: &Obstacles,
+    ) -> Vector {
+        let state = &self.people[index];
+        let leader = match beside.whom {
+            Whom::Person(leader) => {
+                let (Some(other), Some(walker)) = (self.people.get(leader), self.walkers.get(leader)) else {
+                    return Vector::zeros();
+                };
+                Leader {
+                    position: other.position,
+                    velocity: other.velocity,
+                    course: walker.course,
+                    is_mirrored: walker.is_mirrored,
+                }
+            }
+            Whom::Robot => {
+                let walker = &mut self.walkers[index];
+                // While it stands or creeps, its course is the last one.
+                if robot.velocity.norm() > ROBOT_STANDS_MPS {
+                    walker.head_for(robot.velocity.normalize());
+                }
+                Leader {
+                    position: robot.position,
+                    velocity: robot.velocity,
+                    course: walker.course,
+                    is_mirrored: walker.is_mirrored,
+                }
+            }
+        };
+        let place = company::place(state, beside, &leader, obstacles);
+        let lag_m = (place - state.position).norm();
+        let wish = company::velocity(state, place, &leader, HURRY * people[index].speed_mps);
+        if let Whom::Person(leader) = beside.whom {
+            let slowed = &mut self.walkers[leader].lag_m;
+            *slowed = slowed.max(lag_m);
         }
-        self.stalled_s > PATIENCE_S
+        wish + company::apart(index, people, &self.people)
     }
-}
-
-fn drawn_bias_rad(rng: &mut impl Rng) -> f32 {
-    let size_rad = BIAS_RAD[0] + (BIAS_RAD[1] - BIAS_RAD[0]) * rng.random::<f32>();
-    if rng.random_bool(0.5) { size_rad } else { -size_rad }
 }
 
 fn turned(vector: Vector, angle_rad: f32) -> Vector {

@@ -65,7 +65,9 @@ pub enum WalkModel {
 pub struct Person {
     /// Where the person stands at reset, m.
     pub start: Point,
-    /// Visited in order, then from the first again, m; at least one.
+    /// Visited in order, then from the first again, m; at least one, and with a single one the person stays there. None
+    /// for those who walk beside somebody.
+    #[serde(default)]
     pub waypoints: Vec<Point>,
     /// Radius, m.
     pub radius_m: f32,
@@ -76,6 +78,45 @@ pub struct Person {
     /// Whether the person sees the robot and makes room for it. Those who walk [`WalkModel::Scripted`] see nobody,
     /// whatever this says.
     pub sees_robot: bool,
+    /// Whom the person walks beside, instead of going its own way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beside: Option<Beside>,
+    /// Where the person stops on its round.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop: Option<Stop>,
+}
+
+/// A place beside somebody who walks: people with places beside the same person are a group.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Beside {
+    /// Beside whom.
+    pub whom: Whom,
+    /// From the other's centre to this person's, to the left, m; negative to the right. It changes sides when the other
+    /// turns round. Where there is no room, the person walks as far behind.
+    pub left_m: f32,
+}
+
+/// Whom somebody walks beside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Whom {
+    /// The robot.
+    Robot,
+    /// Another person, by its place in the list of people, counted from 0.
+    Person(usize),
+}
+
+/// A stop on a round.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stop {
+    /// At which waypoint, counted from 0.
+    pub waypoint: usize,
+    /// For how long at least and at most, s; drawn anew each time.
+    pub seconds: [f32; 2],
+    /// How likely the person then goes back where it came from.
+    pub turns_round: f32,
 }
 
 /// A world with one start and one goal.

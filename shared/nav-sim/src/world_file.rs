@@ -4,6 +4,7 @@
 //! A field that does not exist is an error, and so is a world in which the robot cannot reach its goal.
 
 mod folder;
+mod habits;
 
 pub use folder::read_folder;
 
@@ -92,6 +93,22 @@ pub enum WorldProblem {
     /// A person has nowhere to go.
     #[error("person {0} has no waypoints, give at least one")]
     NoWaypoints(usize),
+    /// A place beside somebody makes no sense.
+    #[error("person {person} cannot walk beside anybody: {problem}")]
+    Beside {
+        /// Which person.
+        person: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// A stop makes no sense.
+    #[error("person {person} cannot stop: {problem}")]
+    Stop {
+        /// Which person.
+        person: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// Somebody stands in an obstacle or outside the bounds.
     #[error(
         "{what} at ({x:.2}, {y:.2}) stands in an obstacle or outside the bounds: it needs {radius_m} m of room"
@@ -176,7 +193,12 @@ pub fn check(world: &World, robot_radius_m: f32) -> Result<(), WorldProblem> {
     fits("the goal", world.goal, robot_radius_m)?;
     for (index, person) in world.people.iter().enumerate() {
         fits(&format!("person {index}"), person.start, person.radius_m)?;
-        check_round(&obstacles, index, person)?;
+        let beside = |problem| WorldProblem::Beside { person: index, problem };
+        habits::check_beside(&world.people, index, robot_radius_m).map_err(beside)?;
+        habits::check_stop(person).map_err(|problem| WorldProblem::Stop { person: index, problem })?;
+        if person.beside.is_none() {
+            check_round(&obstacles, index, person)?;
+        }
     }
     let field = GeodesicField::new(world, robot_radius_m);
     field.distance_m(start).map(|_| ()).ok_or_else(|| match field.surely_seen_m() {

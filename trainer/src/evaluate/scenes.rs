@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The families that tables usually have.
-pub const USUAL: [Family; 9] = [
+pub const USUAL: [Family; 11] = [
     Family::Clutter,
     Family::Boxes,
     Family::UTrap,
@@ -21,6 +21,8 @@ pub const USUAL: [Family; 9] = [
     Family::Rooms,
     Family::Crowd,
     Family::Stream,
+    Family::Corridor,
+    Family::Doorway,
 ];
 
 /// A world that was read.

@@ -1,5 +1,6 @@
 //! The random numbers of a generator.
 
+use crate::normal::standard_normal;
 use nav_core::geometry::Point;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -32,6 +33,11 @@ impl Dice {
     /// A number in an interval.
     pub(super) fn within(&mut self, range: RangeInclusive<f32>) -> f32 {
         self.0.random_range(range)
+    }
+
+    /// A normally distributed number, cut to an interval.
+    pub(super) fn normal(&mut self, mean: f32, deviation: f32, range: RangeInclusive<f32>) -> f32 {
+        (mean + deviation * standard_normal(&mut self.0)).clamp(*range.start(), *range.end())
     }
 
     /// A whole number in an interval.

@@ -47,7 +47,7 @@ pub(super) fn crowd(dice: &mut Dice, split: Split) -> Option<World> {
     for _ in 0..dice.count(14..=24) {
         let mut person = manners.person(dice);
         let count = dice.count(2..=4);
-        people::add(dice, &mut world, &mut person, |dice| {
+        people::add(dice, &mut world, &mut person, people::START_DISTANCE_M, |dice| {
             (0..count).map(|_| dice.point(Point::origin(), Point::new(14.0, 14.0), 0.6)).collect()
         })?;
     }

@@ -7,7 +7,7 @@ use crate::world::{Person, WalkModel, World};
 use nav_core::geometry::Point;
 use std::ops::RangeInclusive;
 
-/// Nobody starts nearer to the robot's start, centre to centre, m.
+/// Nobody of `crowd` and `stream` starts nearer to the robot's start, centre to centre, m.
 pub(super) const START_DISTANCE_M: f32 = 1.5;
 /// Kept between people at reset, m.
 const PEOPLE_GAP_M: f32 = 0.1;
@@ -51,15 +51,19 @@ impl Manners {
             speed_mps: dice.within(self.speed_mps.clone()),
             model,
             sees_robot: dice.chance(0.5),
+            beside: None,
+            stop: None,
         }
     }
 }
 
-/// Gives a person a round trip from `route` whose legs are free, starts them somewhere on it, and adds them.
+/// Gives a person a round trip from `route` whose legs are free, starts them somewhere on it, so far from the robot (m),
+/// and adds them.
 pub(super) fn add(
     dice: &mut Dice,
     world: &mut World,
     person: &mut Person,
+    distance_m: f32,
     mut route: impl FnMut(&mut Dice) -> Vec<Point>,
 ) -> Option<()> {
     let scene = Scene::of(world);
@@ -70,7 +74,7 @@ pub(super) fn add(
         // The first waypoint ends the leg on which the person starts.
         let last = waypoints[waypoints.len() - 1];
         let start = last + (waypoints[0] - last) * dice.within(0.0..=1.0);
-        let is_clear = (start - world.start.position()).norm() >= START_DISTANCE_M
+        let is_clear = (start - world.start.position()).norm() >= distance_m
             && world
                 .people
                 .iter()

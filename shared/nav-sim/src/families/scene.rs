@@ -95,6 +95,32 @@ pub(super) fn set_ends(dice: &mut Dice, world: &mut World, start: Point, goal: P
     world.goal = goal;
 }
 
+/// One of the eight ways to lay a square on itself.
+pub(super) struct Turn {
+    side_m: f32,
+    quarter_turns: usize,
+    is_mirrored: bool,
+}
+
+impl Turn {
+    /// Any of them, for a square of a side, m.
+    pub(super) fn drawn(dice: &mut Dice, side_m: f32) -> Self {
+        Self { side_m, quarter_turns: dice.count(0..=3), is_mirrored: dice.chance(0.5) }
+    }
+
+    /// Where a point comes to lie.
+    pub(super) fn place(&self, x: f32, y: f32) -> Point {
+        let y = if self.is_mirrored { self.side_m - y } else { y };
+        (0..self.quarter_turns).fold(Point::new(x, y), |point, _| Point::new(self.side_m - point.y, point.x))
+    }
+
+    /// A solid rectangle, from one corner to the other.
+    pub(super) fn block(&self, (left, bottom): (f32, f32), (right, top): (f32, f32)) -> Polygon {
+        let corners = [(left, bottom), (right, bottom), (right, top), (left, top)];
+        solid(&corners.map(|(x, y)| self.place(x, y)))
+    }
+}
+
 /// The static obstacles of a draft.
 pub(super) struct Scene(Obstacles);
 

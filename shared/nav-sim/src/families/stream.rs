@@ -3,9 +3,8 @@
 use super::Split;
 use super::dice::Dice;
 use super::people::{self, Manners};
-use super::scene::{set_ends, solid, square};
+use super::scene::{Turn, set_ends, square};
 use crate::world::World;
-use nav_core::geometry::Point;
 
 const SIDE_M: f32 = 14.0;
 /// From the middle of the shortest passage to the middle of any other, m.
@@ -25,15 +24,14 @@ pub(super) fn draft(dice: &mut Dice, split: Split) -> Option<World> {
     let mut world = square(SIDE_M);
     let (left_m, right_m) = (dice.within(3.8..=4.6), dice.within(9.4..=10.2));
     let passages = passages(dice)?;
-    let turn = Turn { quarter_turns: dice.count(0..=3), is_mirrored: dice.chance(0.5) };
+    let turn = Turn::drawn(dice, SIDE_M);
 
     let mut sorted = passages.clone();
     sorted.sort_by(|a, b| a.y_m.total_cmp(&b.y_m));
     let tops = sorted.iter().map(|passage| passage.y_m - 0.5 * passage.width_m).chain([SIDE_M]);
     let bottoms = [0.0].into_iter().chain(sorted.iter().map(|passage| passage.y_m + 0.5 * passage.width_m));
     for (bottom_m, top_m) in bottoms.zip(tops).filter(|(bottom_m, top_m)| top_m - bottom_m > 0.05) {
-        let corners = [(left_m, bottom_m), (right_m, bottom_m), (right_m, top_m), (left_m, top_m)];
-        world.polygons.push(solid(&corners.map(|(x, y)| turn.place(x, y))));
+        world.polygons.push(turn.block((left_m, bottom_m), (right_m, top_m)));
     }
 
     let busy = passages[0];
@@ -45,7 +43,7 @@ pub(super) fn draft(dice: &mut Dice, split: Split) -> Option<World> {
     let manners = Manners::of(split);
     for _ in 0..dice.count(8..=16) {
         let mut person = manners.person(dice);
-        people::add(dice, &mut world, &mut person, |dice| {
+        people::add(dice, &mut world, &mut person, people::START_DISTANCE_M, |dice| {
             // There on one side of the passage, back on the other.
             let lane_m = busy.width_m * dice.within(0.12..=0.3) * if dice.chance(0.5) { 1.0 } else { -1.0 };
             let (near_m, far_m) = (left_m - dice.within(0.6..=1.4), right_m + dice.within(0.6..=1.4));
@@ -75,17 +73,4 @@ fn passages(dice: &mut Dice) -> Option<Vec<Passage>> {
     let detour_m =
         passages[1..].iter().map(|other| (other.y_m - passages[0].y_m).abs()).fold(f32::INFINITY, f32::min);
     (detour_m <= DETOUR_MAX_M).then_some(passages)
-}
-
-/// One of the eight ways to lay a square on itself.
-struct Turn {
-    quarter_turns: usize,
-    is_mirrored: bool,
-}
-
-impl Turn {
-    fn place(&self, x: f32, y: f32) -> Point {
-        let y = if self.is_mirrored { SIDE_M - y } else { y };
-        (0..self.quarter_turns).fold(Point::new(x, y), |point, _| Point::new(SIDE_M - point.y, point.x))
-    }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::world::WalkModel;
+use crate::world::{Beside, Person, WalkModel, Whom};
 use std::sync::LazyLock;
 
 const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
@@ -67,6 +67,8 @@ fn people_have_room_to_start_and_to_walk() {
         let expected = match *family {
             Family::Crowd => 14..=24,
             Family::Stream => 8..=16,
+            Family::Corridor => 3..=32,
+            Family::Doorway => 3..=26,
             _ => 0..=0,
         };
         assert!(expected.contains(&world.people.len()), "{} people in {}", world.people.len(), world.name);
@@ -78,11 +80,17 @@ fn people_have_room_to_start_and_to_walk() {
                     .iter()
                     .all(|other| { (other.start - person.start).norm() > other.radius_m + person.radius_m })
             );
+            if person.beside.is_some() {
+                continue;
+            }
             let legs = std::iter::once(&person.start)
                 .chain(&person.waypoints)
                 .zip(person.waypoints.iter().chain(&person.waypoints[..1]));
             for (&a, &b) in legs {
                 assert!(scene.is_leg_free(a, b, person.radius_m), "{a} to {b} in {}", world.name);
+            }
+            if !matches!(family, Family::Crowd | Family::Stream) {
+                continue;
             }
             let fastest_mps = if *split == Split::Test { 1.1 } else { 0.9 };
             assert!(person.speed_mps >= 0.3 && person.speed_mps <= fastest_mps);
@@ -102,6 +110,55 @@ fn people_have_room_to_start_and_to_walk() {
     }
     // Half of those who see anybody.
     assert!((share(seeing) - 0.4).abs() < 0.03, "{seeing} of {all}");
+}
+
+/// Weidmann's speeds and the shoulders of ANSUR II, and all that people do together.
+#[test]
+fn corridors_and_doorways_have_people_as_they_are_measured() {
+    for family in [Family::Corridor, Family::Doorway] {
+        let worlds: Vec<_> =
+            every_world().filter(|(of, ..)| *of == family).map(|(_, _, world)| world).collect();
+        let everybody = || worlds.iter().flat_map(|world| &world.people);
+        let mean = |values: Vec<f32>| values.iter().sum::<f32>() / values.len() as f32;
+        // Of those who walk alone: groups are slower.
+        let leads = |world: &World, index| {
+            world.people.iter().any(|other| {
+                matches!(other.beside, Some(Beside { whom: Whom::Person(leader), .. }) if leader == index)
+            })
+        };
+        let single = |world: &World| {
+            let people = world.people.iter().enumerate();
+            let single = people
+                .filter(|(index, person)| person.waypoints.len() > 1 && !leads(world, *index))
+                .map(|(_, person)| person.speed_mps);
+            single.collect::<Vec<_>>()
+        };
+        let speed_mps = mean(worlds.iter().flat_map(|world| single(world)).collect());
+        assert!((speed_mps - 1.34).abs() < 0.05, "{family}: {speed_mps} m/s");
+        let radius_m = mean(everybody().map(|person| person.radius_m).collect());
+        assert!((radius_m - 0.24).abs() < 0.005, "{family}: {radius_m} m");
+        let count = |what: fn(&&Person) -> bool| everybody().filter(what).count();
+        let kinds = [
+            count(|person| matches!(person.beside, Some(Beside { whom: Whom::Person(_), .. }))),
+            count(|person| matches!(person.beside, Some(Beside { whom: Whom::Robot, .. }))),
+            count(|person| person.stop.is_some()),
+            count(|person| person.waypoints.len() == 1),
+        ];
+        assert!(kinds.iter().all(|&kind| kind > 15), "{family}: {kinds:?}");
+        for world in &worlds {
+            crate::world_file::check(world, 0.2)
+                .unwrap_or_else(|problem| panic!("{}: {problem}", world.name));
+        }
+    }
+}
+
+#[test]
+fn families_of_people_say_so_and_the_measured_ones_are_for_tests_only() {
+    assert!([Family::Corridor, Family::Doorway].into_iter().all(|family| !family.trainable()));
+    for family in Family::ALL {
+        let world = generate(family, Split::Validation, 0);
+        assert_eq!(family.has_people(), !world.people.is_empty(), "{family}");
+    }
 }
 
 #[test]

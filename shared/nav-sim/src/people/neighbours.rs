@@ -1,5 +1,6 @@
 //! Who a person sees.
 
+use super::company::led_by;
 use super::{PersonState, RobotState};
 use crate::world::{Person, WalkModel};
 use nav_core::geometry::{Point, Vector};
@@ -27,9 +28,17 @@ pub(super) struct Neighbours {
     heeded: Vec<Neighbour>,
     /// Squared distance (as ordered bits) and index of everybody in sight.
     in_sight: Vec<u64>,
+    /// Who leads each; who walks alone leads itself.
+    groups: Vec<usize>,
 }
 
 impl Neighbours {
+    /// Other people.
+    pub(super) fn reset(&mut self, people: &[Person]) {
+        self.groups.clear();
+        self.groups.extend((0..people.len()).map(|index| led_by(people, index)));
+    }
+
     pub(super) fn as_slice(&self) -> &[Neighbour] {
         &self.heeded
     }
@@ -70,9 +79,11 @@ impl Neighbours {
         );
     }
 
-    /// Keeps the nearest, in the order of the world's people if all of them are heeded.
+    /// Keeps the nearest, in the order of the world's people if all of them are heeded. Those who walk together keep
+    /// their places by themselves.
     fn look(&mut self, index: usize, states: &[PersonState], sight_m: f32) {
         let here = states[index].position;
+        let group = self.groups[index];
         self.in_sight.clear();
         self.in_sight.resize(states.len(), 0);
         let mut count = 0;
@@ -81,7 +92,7 @@ impl Neighbours {
             // Written always, counted when in sight: no branch to mispredict. The bits of floats that are
             // not negative are in the order of the floats.
             self.in_sight[count] = u64::from(distance_m2.to_bits()) << 32 | other as u64;
-            count += usize::from(distance_m2 < sight_m * sight_m && other != index);
+            count += usize::from(distance_m2 < sight_m * sight_m && self.groups[other] != group);
         }
         self.in_sight.truncate(count);
         if count > NEIGHBOURS_MAX {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::families::{Family, Split, generate};
+use crate::world::{Beside, Stop, WalkModel, Whom};
 use crate::world::{Disc, Polygon, Segment};
 
 fn office_path() -> PathBuf {
@@ -95,4 +96,79 @@ fn a_world_too_large_for_narrow_ways_does_not_say_that_there_is_none() {
     let problem = check(&world, 0.2).expect_err("the door is narrower than what is seen");
     assert!(matches!(problem, WorldProblem::NoWideWay { width_m } if width_m > 0.56), "{problem}");
     assert!(problem.to_string().contains("narrower ones are not seen"), "{problem}");
+}
+
+/// Everything that people can do goes through a file, and nonsense is told by person.
+#[test]
+fn people_beside_somebody_and_people_who_stop_are_written_read_and_checked() {
+    let text = r#"
+name = "company"
+bounds = { min = [0.0, 0.0], max = [10.0, 10.0] }
+start = { x_m = 1.0, y_m = 1.0, yaw_rad = 0.0 }
+goal = [9.0, 9.0]
+
+[[people]]
+start = [2.0, 5.0]
+waypoints = [[8.0, 5.0], [2.0, 5.0]]
+radius_m = 0.25
+speed_mps = 1.2
+model = "social_force"
+sees_robot = true
+stop = { waypoint = 0, seconds = [2.0, 8.0], turns_round = 0.3 }
+
+[[people]]
+start = [2.0, 5.75]
+radius_m = 0.25
+speed_mps = 1.2
+model = "social_force"
+sees_robot = true
+beside = { whom = { person = 0 }, left_m = 0.75 }
+
+[[people]]
+start = [1.0, 3.0]
+radius_m = 0.25
+speed_mps = 1.2
+model = "orca"
+sees_robot = true
+beside = { whom = "robot", left_m = -0.75 }
+"#;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("company.toml");
+    std::fs::write(&path, text).expect("a file");
+    let world = load(&path, 0.2).expect("a world");
+    save(&path, &world).expect("written");
+    assert_eq!(load(&path, 0.2).expect("read again"), world);
+
+    let problem = |change: &dyn Fn(&mut World)| {
+        let mut changed = world.clone();
+        change(&mut changed);
+        check(&changed, 0.2).expect_err("nonsense").to_string()
+    };
+    let beside = |whom, left_m| Some(Beside { whom, left_m });
+    for (person, words, changed) in [
+        (1, "itself", beside(Whom::Person(1), 0.75)),
+        (1, "nobody", beside(Whom::Person(3), 0.75)),
+        (1, "leads them all", beside(Whom::Person(2), 0.75)),
+        (1, "left_m", beside(Whom::Person(0), 0.4)),
+        (1, "left_m", beside(Whom::Person(0), f32::NAN)),
+        (0, "waypoints of its own", beside(Whom::Robot, 0.75)),
+    ] {
+        let error = problem(&|world| world.people[person].beside = changed);
+        assert!(error.starts_with(&format!("person {person} cannot walk beside")), "{error}");
+        assert!(error.contains(words), "{error}");
+    }
+    assert!(problem(&|world| world.people[2].sees_robot = false).contains("sees_robot"));
+    assert!(problem(&|world| world.people[1].model = WalkModel::Scripted).contains("social_force or orca"));
+    let stop = |waypoint, seconds, turns_round| Some(Stop { waypoint, seconds, turns_round });
+    for (words, changed) in [
+        ("waypoint", stop(2, [2.0, 8.0], 0.3)),
+        ("seconds", stop(0, [8.0, 2.0], 0.3)),
+        ("seconds", stop(0, [f32::NAN, 2.0], 0.3)),
+        ("seconds", stop(0, [0.0, f32::INFINITY], 0.3)),
+        ("turns_round", stop(0, [2.0, 8.0], 1.1)),
+    ] {
+        let error = problem(&|world| world.people[0].stop = changed);
+        assert!(error.starts_with("person 0 cannot stop") && error.contains(words), "{error}");
+    }
+    assert!(problem(&|world| world.people[0].waypoints.truncate(1)).contains("two waypoints"));
 }

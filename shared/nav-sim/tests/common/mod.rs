@@ -21,7 +21,16 @@ pub(crate) fn room(side_m: f32) -> World {
 /// Somebody who walks between two places.
 pub(crate) fn walker(from: (f32, f32), to: (f32, f32), model: WalkModel, sees_robot: bool) -> Person {
     let (from, to) = (Point::new(from.0, from.1), Point::new(to.0, to.1));
-    Person { start: from, waypoints: vec![to, from], radius_m: 0.25, speed_mps: 0.8, model, sees_robot }
+    Person {
+        start: from,
+        waypoints: vec![to, from],
+        radius_m: 0.25,
+        speed_mps: 0.8,
+        model,
+        sees_robot,
+        beside: None,
+        stop: None,
+    }
 }
 
 /// Twelve people of all models who cross the middle of a 10 m room.
