@@ -179,6 +179,11 @@ impl Guard {
         );
     }
 
+    /// What the next ramp starts from.
+    pub fn ramp_from(&self) -> Twist {
+        self.ramp_from
+    }
+
     /// The last commands that left; after a restart, what the base was measured to do.
     pub fn sent(&self) -> &Sent {
         &self.sent

@@ -27,6 +27,7 @@ pub mod navigator;
 pub mod tracker;
 
 pub mod network;
+pub mod shield;
 pub mod guard;
 pub mod tick;
 pub mod controller;

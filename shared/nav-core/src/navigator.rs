@@ -54,6 +54,8 @@ pub struct Navigator {
     clearance: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
     closing: ClosingSpeeds,
     has_gap: bool,
+    /// The newest step began elsewhere than the last one ended.
+    was_set_down: bool,
     /// Poses of the last [`STUCK_STEPS`] steps, a ring indexed by step.
     trail: [Pose; STUCK_STEPS],
     standing: Standing,
@@ -90,6 +92,7 @@ impl Navigator {
             clearance: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
             closing: ClosingSpeeds::new(),
             has_gap: false,
+            was_set_down: false,
             trail: [Pose::default(); STUCK_STEPS],
             standing: Standing::new(Pose::default()),
             steps: 0,
@@ -112,7 +115,8 @@ impl Navigator {
         self.pose = odom.pose;
         self.velocity = odom.twist();
         let is_new = self.goal_id != Some(goal.id);
-        if is_new && moved_m > SET_DOWN_M {
+        self.was_set_down = is_new && moved_m > SET_DOWN_M;
+        if self.was_set_down {
             self.reader.forget_walls();
         } else if is_new {
             self.reader.forget();
@@ -218,6 +222,11 @@ impl Navigator {
     /// Steps were missed: what the next scan shows must not be compared with those before.
     pub fn note_gap(&mut self) {
         self.has_gap = true;
+    }
+
+    /// Whether the robot was carried elsewhere when the newest step's goal came.
+    pub fn was_set_down(&self) -> bool {
+        self.was_set_down
     }
 
     /// Straight distance to the goal, m.

@@ -38,6 +38,8 @@ pub struct Task {
     pub lidar: Lidar,
     /// How the high level decides.
     pub decision: Decision,
+    /// Whether the safety gate stands between the policy and the base.
+    pub shield: ShieldMode,
 }
 
 /// A differential-drive base with a round footprint.
@@ -93,6 +95,17 @@ pub struct Decision {
     pub memory: Memory,
 }
 
+/// Whether the safety gate ([`crate::shield`]) is used. Training never does: a policy trained behind it becomes lazy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ShieldMode {
+    /// The nearest safe command to the policy's wish leaves.
+    #[default]
+    On,
+    /// The policy's wish leaves.
+    Off,
+}
+
 /// What the high level remembers of where it was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -112,6 +125,7 @@ impl Default for Task {
             robot: Robot::default(),
             lidar: Lidar::default(),
             decision: Decision::default(),
+            shield: ShieldMode::On,
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::guard::Cause;
 use crate::messages::{CmdVel, Goal, LaserScan, Odometry, RunState};
 use crate::navigator::DecisionReason;
+use crate::shield::Intervention;
 use crate::task::Task;
 
 /// Everything a tick reads: the newest message of each topic, `seq` 0 where none was ever received.
@@ -25,6 +26,8 @@ pub struct TickStatus {
     pub faults: u32,
     /// The first of the faults that needs words.
     pub cause: Option<Cause>,
+    /// What the safety gate made of the wish.
+    pub intervention: Option<Intervention>,
     /// Why a decision was taken in this tick, if one was.
     pub decided: Option<DecisionReason>,
     /// The action being carried out (see [`crate::task`]).

@@ -39,9 +39,15 @@ fn of_weights(inputs: usize, outputs: usize, rows: usize, weights: &[f32], bias:
     Network::new(&spec, vec![0.0; spec.memory_len(level)], level).expect("fits")
 }
 
-fn controller(task: &Task) -> Controller<Vec<f32>> {
+/// On the heap: a controller is larger than what a test's thread has room for many times over.
+#[inline(never)]
+fn boxed(task: &Task, high: Option<Network<Vec<f32>>>, low: Network<Vec<f32>>) -> Box<Controller<Vec<f32>>> {
+    Box::new(Controller::new(task, high, low).expect("shapes fit"))
+}
+
+fn controller(task: &Task) -> Box<Controller<Vec<f32>>> {
     let high = network(CANDIDATE_FEATURES, 1, ACTION_COUNT, 1, false);
-    Controller::new(task, Some(high), network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false)).expect("shapes fit")
+    boxed(task, Some(high), network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false))
 }
 
 /// Messages of step `seq`, along a made-up drive; the goal has id `goal_id`.
@@ -74,8 +80,7 @@ fn it_stands_until_everything_was_received() {
         (Inputs { scan: &scan, odom: &odom, goal: &none.2 }, fault::NO_GOAL),
     ];
     for (inputs, missing) in cases {
-        let mut fresh =
-            Controller::new(&task, None, network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false)).expect("fits");
+        let mut fresh = boxed(&task, None, network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false));
         let (command, status) = fresh.tick(PERIOD_NS, inputs);
         assert_eq!((command.linear_mps, command.angular_radps), (0.0, 0.0));
         assert_eq!(status.state, RunState::Ready);
@@ -121,10 +126,7 @@ fn a_network_that_answers_nan_stops_the_robot_in_the_same_tick() {
     let bad_low = || network(LOW_OBSERVATION, LOW_ACTION, 1, 2, true);
     let bad_high = network(CANDIDATE_FEATURES, 1, ACTION_COUNT, 1, true);
     let good_low = network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false);
-    let controllers = [
-        Controller::new(&task, None, bad_low()).expect("fits"),
-        Controller::new(&task, Some(bad_high), good_low).expect("fits"),
-    ];
+    let controllers = [boxed(&task, None, bad_low()), boxed(&task, Some(bad_high), good_low)];
     for mut controller in controllers {
         let (scan, odom, goal) = messages(&task, 1, 1);
         let (command, status) = controller.tick(PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
@@ -198,8 +200,7 @@ fn a_new_goal_is_a_new_life() {
 #[test]
 fn a_flat_policy_always_drives_at_the_goal() {
     let task = Task::default();
-    let mut controller =
-        Controller::new(&task, None, network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false)).expect("fits");
+    let mut controller = boxed(&task, None, network(LOW_OBSERVATION, LOW_ACTION, 1, 2, false));
     for seq in 1..=50 {
         let (scan, odom, goal) = messages(&task, seq, 1);
         let (_, status) = controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
@@ -242,7 +243,7 @@ fn it_drives_on_to_the_middle_of_the_goal() {
 fn it_does_not_drive_at_what_is_too_near_or_unknown() {
     let task = Task::default();
     for value in [f32::NEG_INFINITY, 0.0, f32::NAN] {
-        let mut controller = Controller::new(&task, None, eager()).expect("shapes fit");
+        let mut controller = boxed(&task, None, eager());
         for seq in 1..=30 {
             let (mut scan, mut odom, goal) = messages(&task, seq, 1);
             scan.ranges_m[34..=38].fill(value);
@@ -260,7 +261,7 @@ fn it_does_not_drive_at_what_is_too_near_or_unknown() {
 #[test]
 fn a_burst_of_ticks_does_not_accelerate_faster() {
     let task = Task::default();
-    let mut controller = Controller::new(&task, None, eager()).expect("shapes fit");
+    let mut controller = boxed(&task, None, eager());
     let (mut last, mut fastest) = (0.0, 0.0_f32);
     for burst in 0..40 {
         for tick in 0..3 {
@@ -285,7 +286,7 @@ fn a_burst_of_ticks_does_not_accelerate_faster() {
 #[test]
 fn a_stuck_speed_sensor_does_not_make_a_standing_robot_jump() {
     let task = Task::default();
-    let mut controller = Controller::new(&task, None, eager()).expect("shapes fit");
+    let mut controller = boxed(&task, None, eager());
     let mut last = 0.0;
     for seq in 1..=60 {
         let (mut scan, mut odom, goal) = messages(&task, seq, 1);

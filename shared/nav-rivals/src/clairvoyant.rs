@@ -112,6 +112,7 @@ impl Tick for Clairvoyant {
             state: RunState::Driving,
             faults: 0,
             cause: None,
+            intervention: None,
             decided: None,
             action: ACTION_GOAL,
             subgoal_m: goal,

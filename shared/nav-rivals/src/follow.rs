@@ -2,9 +2,10 @@
 
 use nav_core::geometry::{Point, wrap_angle};
 use nav_core::guard::Guard;
-use nav_core::messages::{CmdVel, Header, RunState};
+use nav_core::messages::{CmdVel, Header, RunState, fault};
 use nav_core::navigator::Navigator;
-use nav_core::task::{ACTION_GOAL, Task};
+use nav_core::shield::Shield;
+use nav_core::task::{ACTION_GOAL, ShieldMode, Task};
 use nav_core::tick::{Inputs, TickStatus};
 use nav_core::twist::Twist;
 
@@ -18,6 +19,7 @@ pub(crate) struct Follower {
     pub(crate) navigator: Navigator,
     pub(crate) task: Task,
     guard: Guard,
+    shield: Option<Shield>,
     commands: u64,
     goal_id: Option<u32>,
 }
@@ -28,6 +30,7 @@ impl Follower {
             navigator: Navigator::new(task),
             task: *task,
             guard: Guard::new(task),
+            shield: (task.shield == ShieldMode::On).then(|| Shield::new(task)),
             commands: 0,
             goal_id: None,
         }
@@ -41,6 +44,12 @@ impl Follower {
             self.guard.restart_from(inputs.odom.twist(), 0);
         }
         self.navigator.observe(inputs.scan, inputs.odom, inputs.goal);
+        if let Some(shield) = &mut self.shield {
+            if self.navigator.was_set_down() {
+                shield.forget();
+            }
+            shield.see(inputs.scan, inputs.odom.pose);
+        }
         is_new
     }
 
@@ -61,7 +70,15 @@ impl Follower {
         // Like the policy, a rival stands where it believes to have arrived.
         let has_arrived = self.navigator.goal_reached();
         let driving = Twist::new(robot.linear_max_mps * aligned * clear, angular);
-        let (out, faults) = self.guard.limit(if has_arrived { Twist::ZERO } else { driving });
+        let wish = robot.limited(if has_arrived { Twist::ZERO } else { driving });
+        let (mut allowed, mut intervention) = (wish, None);
+        if let (Some(shield), false) = (&self.shield, has_arrived) {
+            let may_advance = !self.navigator.scan().is_closed_ahead();
+            (allowed, intervention) =
+                shield.filter(wish, inputs.odom.twist(), self.guard.sent(), may_advance);
+        }
+        let (out, limited) = self.guard.limit(allowed);
+        let faults = limited | if allowed == wish { 0 } else { fault::SHIELDED };
         let state = if has_arrived { RunState::Reached } else { RunState::Driving };
         self.commands += 1;
         let command = CmdVel {
@@ -76,6 +93,7 @@ impl Follower {
             state,
             faults,
             cause: None,
+            intervention,
             decided: None,
             action: ACTION_GOAL,
             subgoal_m: (target.x, target.y),

@@ -27,6 +27,8 @@ pub const BAD_ODOM: u32 = 1 << 9;
 pub const STALE_GOAL: u32 = 1 << 10;
 /// The command was cut because something touches ahead, or nothing is known of what is there.
 pub const CLOSED_AHEAD: u32 = 1 << 11;
+/// The safety gate let another command through than was wished.
+pub const SHIELDED: u32 = 1 << 12;
 
 /// Bits that only say that a message is yet to come.
 pub const MISSING: u32 = STALE_SCAN | STALE_ODOM | NO_GOAL | STALE_GOAL;
@@ -34,7 +36,7 @@ pub const MISSING: u32 = STALE_SCAN | STALE_ODOM | NO_GOAL | STALE_GOAL;
 pub const STOPPING: u32 = MISSING | NON_FINITE | BAD_SCAN | BAD_CLOCK | BAD_INPUT | BAD_ODOM;
 
 /// Names for people, bit by bit.
-pub const NAMES: [&str; 12] = [
+pub const NAMES: [&str; 13] = [
     "stale scan",
     "stale odometry",
     "no goal",
@@ -47,6 +49,7 @@ pub const NAMES: [&str; 12] = [
     "odometry impossible",
     "stale goal",
     "no way ahead",
+    "shield acts",
 ];
 
 /// Prints the names of these bits, or `ok` when there are none.
@@ -92,6 +95,7 @@ mod tests {
             (BAD_ODOM, "odometry impossible"),
             (STALE_GOAL, "stale goal"),
             (CLOSED_AHEAD, "no way ahead"),
+            (SHIELDED, "shield acts"),
         ];
         assert_eq!(bits.len(), NAMES.len());
         for (bit, name) in bits {

@@ -1,0 +1,276 @@
+//! The safety gate between the policy and the wheels: the nearest safe command to the wish leaves.
+//!
+//! A command is safe when both of these hold (`danger.rs`):
+//!
+//! - **The robot can still stop.** After the command it comes to a stand without touching anything that was seen, however
+//!   late the base obeys. Because that was so after the last command, it is so now for the command to stop: no sequence of
+//!   wishes leads into something that stands.
+//! - **There is a way to go on** for the next seconds (to hold course, to stop, to turn aside, to step out of the way) on
+//!   which nobody who moves is met, if they keep their velocities; with room to spare, where that can be had.
+//!
+//! Where the wish is not safe, the cheapest of a lattice of commands leaves, and where none is safe, the one that touches
+//! latest and softest. The work is bounded, nothing is random, and all of it is in the frame of the robot as it is.
+//!
+//! | file | what |
+//! |---|---|
+//! | `motion.rs` | where the robot will be: commands under way, latency, lag, acceleration limits |
+//! | `people.rs` | where those who move will be, from [`crate::tracker`] |
+//! | `standing.rs` | what stands, from the scans of the last moment |
+//! | `danger.rs` | what a command leads to |
+//!
+//! **What it cannot promise.** It knows what the lidar shows: nothing behind corners, nothing narrower than the gap between
+//! two beams at the distance that stopping takes, nothing above or below the plane. People may walk faster than the robot
+//! can get out of their way, turn into it at arm's length, or come from where the robot cannot go. A base that slips, a
+//! lidar that errs by more than [`MARGIN_M`], or one that obeys later than [`SENT_COMMANDS`](crate::observation::SENT_COMMANDS)
+//! control periods breaks the promise for what stands, too. It is no certified safety function.
+
+mod danger;
+mod motion;
+mod people;
+mod standing;
+
+pub use self::people::Mover;
+pub use self::standing::MARGIN_M;
+
+use self::danger::Danger;
+use self::motion::{Clock, UnderWay};
+use self::people::People;
+use self::standing::{Sectors, Standing};
+use crate::geometry::{Point, Pose};
+use crate::messages::LaserScan;
+use crate::observation::Sent;
+use crate::scan::beams::Beams;
+use crate::task::{Robot, Task};
+use crate::tracker::{TRACKS_MAX, Tracker};
+use crate::twist::Twist;
+use core::fmt;
+use heapless::Vec;
+
+/// Forward speeds that are tried, from standing to the fastest.
+const SPEEDS: usize = 5;
+/// Turning rates that are tried, from one limit to the other.
+const TURNS: usize = 9;
+/// What a wish's whole speed is worth...
+const SPEED_COST: f32 = 0.5;
+/// ...its whole turning rate, from straight to the limit...
+const TURN_COST: f32 = 0.1;
+/// ...coming close to somebody at once...
+const CLOSE_COST: f32 = 0.6;
+/// ...touching somebody at the end of the time looked ahead (twice that at once)...
+const TOUCH_COST: f32 = 5.0;
+/// ...and what stands, however little; and for each metre inside of what should be kept free.
+const STANDING_COST: (f32, f32) = (10.0, 500.0);
+/// Nobody is taken to come faster, m/s.
+const PEOPLE_MPS: f32 = 2.0;
+/// Hits this near to somebody whose place is given are theirs, m beyond the radius.
+const PERSON_EDGE_M: f32 = 0.1;
+
+/// Why another command left than was wished.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intervention {
+    /// Because of what.
+    pub hazard: Hazard,
+    /// In which direction it will be when it is met, robot frame of now, rad.
+    pub bearing_rad: f32,
+    /// In how long, s.
+    pub in_s: f32,
+    /// Whether none of the commands that were tried is safe.
+    pub is_forced: bool,
+}
+
+/// What can be met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hazard {
+    /// Something that was hit, moving or not, before which the robot could no longer stop.
+    Standing,
+    /// Somebody who moves.
+    Person,
+}
+
+impl fmt::Display for Intervention {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match self.hazard {
+            Hazard::Standing => "obstacle",
+            Hazard::Person => "person",
+        };
+        let eighth = libm::roundf(self.bearing_rad / core::f32::consts::FRAC_PI_4) as i32;
+        let side = match eighth {
+            0 => "ahead",
+            1..=2 => "from the left",
+            -2..=-1 => "from the right",
+            _ => "from behind",
+        };
+        let forced = if self.is_forced { ", no safe way" } else { "" };
+        write!(f, "shield: {what} {side}, {:.1} s{forced}", self.in_s)
+    }
+}
+
+/// The gate.
+#[derive(Clone, Debug)]
+pub struct Shield {
+    robot: Robot,
+    clock: Clock,
+    latency: usize,
+    no_return_m: f32,
+    beams: Beams,
+    sectors: Sectors,
+    tracker: Tracker,
+    movers: Vec<Mover, TRACKS_MAX>,
+    is_informed: bool,
+    /// Everything that was hit, people too: what the robot must be able to stop before, whatever moves.
+    hits: Standing,
+    /// What was hit and is nobody who moves.
+    walls: Standing,
+    people: People,
+}
+
+impl Shield {
+    /// For the robot of a task.
+    pub fn new(task: &Task) -> Self {
+        let clock = Clock::new(task.control_period_s);
+        Self {
+            robot: task.robot,
+            clock,
+            latency: clock.steps(task.control_period_s),
+            no_return_m: f32::INFINITY,
+            beams: Beams::new(),
+            sectors: Sectors::new(),
+            tracker: Tracker::new(task),
+            movers: Vec::new(),
+            is_informed: false,
+            hits: Standing::new(),
+            walls: Standing::new(),
+            people: People::new(),
+        }
+    }
+
+    /// A finite range from which on the lidar's driver means that nothing was hit, m.
+    pub fn set_no_return_m(&mut self, no_return_m: f32) {
+        self.no_return_m = no_return_m;
+    }
+
+    /// Says who moves (`odom` frame) from now on, in place of the tracker: for ceilings in simulation.
+    pub fn inform(&mut self, movers: impl Iterator<Item = Mover>) {
+        self.is_informed = true;
+        self.movers.clear();
+        self.movers.extend(movers.take(TRACKS_MAX));
+    }
+
+    /// Takes in a scan that was taken at `pose` (`odom_from_robot`).
+    pub fn see(&mut self, scan: &LaserScan, pose: Pose) {
+        let stamp_ns = scan.header.stamp_ns;
+        self.beams.read(scan, self.no_return_m);
+        self.sectors.lay_out(&self.beams);
+        self.tracker.update(&self.beams, pose, stamp_ns);
+        if !self.is_informed {
+            let moving = self.tracker.tracks().iter().filter(|track| track.is_moving());
+            self.movers.clear();
+            self.movers.extend(moving.map(|track| Mover {
+                position: track.position,
+                velocity: track.velocity,
+                radius_m: track.radius_m,
+            }));
+        }
+        let here = pose.position();
+        let away = |mover: &Mover| (mover.position - here).norm_squared();
+        self.movers.sort_unstable_by(|a, b| away(a).total_cmp(&away(b)));
+        let far_m = (self.robot.linear_max_mps + PEOPLE_MPS) * self.clock.horizon_s();
+        self.people.foresee(&self.movers, pose, &self.clock, self.robot.radius_m, far_m);
+
+        let radius_m = self.robot.radius_m;
+        self.hits.see(&self.beams, &self.sectors, pose, stamp_ns, radius_m, |_| false);
+        self.hits.lay_out(pose, radius_m, self.beams.step_rad(), self.stopping_m());
+        let (beams, tracker, movers) = (&self.beams, &self.tracker, &self.movers);
+        let is_informed = self.is_informed;
+        let is_person = |index: usize| {
+            if !is_informed {
+                return tracker.owner(index).is_some_and(|owner| tracker.tracks()[owner].is_moving());
+            }
+            let beam = &beams.as_slice()[index];
+            let hit = pose.parent_from_local(Point::new(beam.range_m * beam.cos, beam.range_m * beam.sin));
+            movers.iter().any(|mover| (hit - mover.position).norm() < mover.radius_m + PERSON_EDGE_M)
+        };
+        self.walls.see(beams, &self.sectors, pose, stamp_ns, radius_m, is_person);
+        if !self.people.is_empty() {
+            let far_m = self.robot.linear_max_mps * self.clock.horizon_s() + 2.0 * radius_m;
+            self.walls.lay_out(pose, radius_m, self.beams.step_rad(), far_m);
+        }
+    }
+
+    /// What lies farther away is of no concern to a robot that stops, m: the way at the fastest speed while commands are
+    /// late, while braking, and half as much again.
+    fn stopping_m(&self) -> f32 {
+        let robot = &self.robot;
+        let late_s = (Danger::LATENCY_MAX + 3) as f32 * self.clock.step_s[0];
+        let braking_m = robot.linear_max_mps * robot.linear_max_mps / (2.0 * robot.linear_acceleration_mps2);
+        1.5 * (robot.linear_max_mps * late_s + braking_m) + 2.0 * robot.radius_m
+    }
+
+    /// The safe command nearest to `wish`, and why, if it is another. `sent` are the last commands, newest first, `measured`
+    /// what the base does; where the robot may not drive forward (`may_advance`), only turning and standing are tried.
+    pub fn filter(
+        &self,
+        wish: Twist,
+        measured: Twist,
+        sent: &Sent,
+        may_advance: bool,
+    ) -> (Twist, Option<Intervention>) {
+        let danger = Danger {
+            robot: &self.robot,
+            clock: &self.clock,
+            latency: self.latency,
+            hits: &self.hits,
+            walls: &self.walls,
+            people: &self.people,
+            under_way: UnderWay { measured, sent: *sent },
+        };
+        let wish = self.robot.limited(wish);
+        let Some(met) = danger.of(wish) else { return (wish, None) };
+        let mut best = (danger.cost(&met), wish, true);
+        let speeds = if may_advance { SPEEDS } else { 1 };
+        for speed in 0..speeds {
+            for turn in 0..TURNS {
+                let candidate = Twist::new(
+                    self.robot.linear_max_mps * speed as f32 / (SPEEDS - 1) as f32,
+                    self.robot.angular_max_radps * (2.0 * turn as f32 / (TURNS - 1) as f32 - 1.0),
+                );
+                let away = self.away_cost(candidate, wish);
+                if away >= best.0 {
+                    continue;
+                }
+                let met = danger.of(candidate);
+                let cost = away + met.as_ref().map_or(0.0, |met| danger.cost(met));
+                if cost < best.0 {
+                    best = (cost, candidate, met.is_some_and(|met| !met.is_close));
+                }
+            }
+        }
+        let (_, command, is_forced) = best;
+        if command == wish {
+            // Nothing is better: what was wished leaves, and there is nothing to tell unless it touches.
+            let told = !met.is_close;
+            return (wish, told.then_some(met.intervention(true)));
+        }
+        (command, Some(met.intervention(is_forced)))
+    }
+
+    fn away_cost(&self, candidate: Twist, wish: Twist) -> f32 {
+        let robot = &self.robot;
+        SPEED_COST * (candidate.linear_mps - wish.linear_mps).abs() / robot.linear_max_mps
+            + TURN_COST * (candidate.angular_radps - wish.angular_radps).abs() / robot.angular_max_radps
+    }
+
+    /// Everybody who is followed.
+    pub fn tracker(&self) -> &Tracker {
+        &self.tracker
+    }
+
+    /// Forgets what was seen: the robot was set down elsewhere, or the `odom` frame began anew.
+    pub fn forget(&mut self) {
+        self.tracker.forget();
+        self.movers.clear();
+        self.hits.forget();
+        self.walls.forget();
+        self.people = People::new();
+    }
+}

@@ -1,0 +1,143 @@
+//! Where those who move will be.
+
+use super::motion::{Clock, MOMENTS};
+use crate::geometry::{Point, Pose, Vector};
+
+/// Kept free around everybody, m...
+const MARGIN_M: f32 = 0.05;
+/// ...more with the time looked ahead, m/s...
+const GROWTH_MPS: f32 = 0.1;
+/// ...up to this, m...
+const GROWTH_MAX_M: f32 = 0.1;
+/// ...and beside that, where it can be had, m.
+const SPARE_M: f32 = 0.2;
+/// So many of those who move are looked at, the nearest first.
+pub(super) const PEOPLE_MAX: usize = 16;
+
+/// Somebody who moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mover {
+    /// Centre, `odom` frame, m.
+    pub position: Point,
+    /// Velocity, `odom` frame, m/s.
+    pub velocity: Vector,
+    /// Radius, m.
+    pub radius_m: f32,
+}
+
+/// Everybody near, at every moment of the future, in the robot frame of now.
+#[derive(Clone, Debug)]
+pub(super) struct People {
+    count: usize,
+    x_m: [[f32; PEOPLE_MAX]; MOMENTS + 1],
+    y_m: [[f32; PEOPLE_MAX]; MOMENTS + 1],
+    /// Distance of the centres below which both touch, squared, m², at every moment.
+    reach2_m2: [[f32; PEOPLE_MAX]; MOMENTS + 1],
+    /// The same with room to spare.
+    wide2_m2: [[f32; PEOPLE_MAX]; MOMENTS + 1],
+    velocity: [(f32, f32); PEOPLE_MAX],
+}
+
+/// Who is near the robot on a piece of its way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Nearness {
+    /// Who is touched.
+    pub(super) touched: Option<usize>,
+    /// Who comes nearer than with room to spare.
+    pub(super) close: Option<usize>,
+}
+
+impl People {
+    /// Nobody.
+    pub(super) fn new() -> Self {
+        Self {
+            count: 0,
+            x_m: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
+            y_m: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
+            reach2_m2: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
+            wide2_m2: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
+            velocity: [(0.0, 0.0); PEOPLE_MAX],
+        }
+    }
+
+    /// Works out where everybody within `far_m` will be, seen from `pose`.
+    pub(super) fn foresee(
+        &mut self,
+        movers: &[Mover],
+        pose: Pose,
+        clock: &Clock,
+        robot_radius_m: f32,
+        far_m: f32,
+    ) {
+        let (sin, cos) = libm::sincosf(pose.yaw_rad);
+        self.count = 0;
+        for mover in movers {
+            let (dx, dy) = (mover.position.x - pose.x_m, mover.position.y - pose.y_m);
+            let (x, y) = (cos * dx + sin * dy, cos * dy - sin * dx);
+            let (vx, vy) = (
+                cos * mover.velocity.x + sin * mover.velocity.y,
+                cos * mover.velocity.y - sin * mover.velocity.x,
+            );
+            if x * x + y * y > far_m * far_m || self.count == PEOPLE_MAX {
+                continue;
+            }
+            let at = self.count;
+            self.velocity[at] = (vx, vy);
+            let present_m2 = x * x + y * y;
+            for moment in 0..=MOMENTS {
+                let ahead_s = if moment == 0 { 0.0 } else { clock.at_s[moment - 1] };
+                self.x_m[moment][at] = x + vx * ahead_s;
+                self.y_m[moment][at] = y + vy * ahead_s;
+                let growth_m = (GROWTH_MPS * ahead_s).min(GROWTH_MAX_M);
+                let reach_m = robot_radius_m + mover.radius_m + MARGIN_M + growth_m;
+                // Who is nearer already may not come nearer still.
+                self.reach2_m2[moment][at] = (reach_m * reach_m).min(present_m2 * 0.999);
+                let wide_m = reach_m + SPARE_M;
+                self.wide2_m2[moment][at] = (wide_m * wide_m).min(present_m2 * 0.999);
+            }
+            self.count += 1;
+        }
+    }
+
+    /// Who is near while the robot goes from one place of the robot frame at the moment before to another at `moment` (1
+    /// is the first after now).
+    pub(super) fn nearness(&self, moment: usize, from: (f32, f32), to: (f32, f32)) -> Nearness {
+        let mut nearness = Nearness { touched: None, close: None };
+        for at in 0..self.count {
+            let (ax, ay) = (self.x_m[moment - 1][at] - from.0, self.y_m[moment - 1][at] - from.1);
+            let (bx, by) = (self.x_m[moment][at] - to.0, self.y_m[moment][at] - to.1);
+            let nearest2_m2 = nearest2_to_origin(ax, ay, bx, by);
+            if nearest2_m2 < self.wide2_m2[moment][at] {
+                nearness.close = nearness.close.or(Some(at));
+            }
+            if nearest2_m2 < self.reach2_m2[moment][at] {
+                nearness.touched = nearness.touched.or(Some(at));
+            }
+        }
+        nearness
+    }
+
+    /// Velocity of one of them, robot frame, m/s.
+    pub(super) fn velocity_mps(&self, at: usize) -> (f32, f32) {
+        self.velocity[at]
+    }
+
+    /// Where one of them is at a moment, robot frame, m.
+    pub(super) fn place(&self, moment: usize, at: usize) -> (f32, f32) {
+        (self.x_m[moment][at], self.y_m[moment][at])
+    }
+
+    /// Whether nobody is near.
+    pub(super) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+}
+
+/// Squared distance of the origin from the segment a-b.
+fn nearest2_to_origin(ax: f32, ay: f32, bx: f32, by: f32) -> f32 {
+    let (dx, dy) = (bx - ax, by - ay);
+    let length2 = dx * dx + dy * dy;
+    let share = if length2 > 1e-12 { (-(ax * dx + ay * dy) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    let (x, y) = (ax + share * dx, ay + share * dy);
+    x * x + y * y
+}

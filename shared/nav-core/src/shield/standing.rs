@@ -1,0 +1,194 @@
+//! What stands around the robot: the nearest hit in each of a fixed number of sectors, over the scans of the last moment.
+
+use crate::geometry::{Point, Pose};
+use crate::messages::MAX_BEAMS;
+use crate::scan::beams::Beams;
+use core::f32::consts::{PI, TAU};
+
+/// Kept free around everything that stands, m: for the lidar's noise and a footprint that is larger than it is said to be.
+pub const MARGIN_M: f32 = 0.04;
+/// Sectors around the robot, one point each.
+const SECTORS: usize = 72;
+/// So many scans are looked at together: what lies between two beams of one is hit by the next, and what failed to be
+/// measured a moment ago is not gone.
+const SCANS: usize = 6;
+/// What was seen counts for so long, ns.
+const KEPT_NS: u64 = 600_000_000;
+/// The most points.
+const POINTS: usize = SCANS * SECTORS;
+/// Points are looked at in groups of this size.
+const LANES: usize = 8;
+
+/// Which sector each beam lies in, worked out once for a lidar.
+#[derive(Clone, Debug)]
+pub(super) struct Sectors {
+    /// Beams, and the direction of the first and of the last one.
+    layout: (usize, [u32; 4]),
+    of_beam: [u8; MAX_BEAMS],
+}
+
+impl Sectors {
+    /// Of no lidar.
+    pub(super) fn new() -> Self {
+        Self { layout: (0, [0; 4]), of_beam: [0; MAX_BEAMS] }
+    }
+
+    /// Works it out, unless the last scan had the same beams.
+    pub(super) fn lay_out(&mut self, beams: &Beams) {
+        let beams = beams.as_slice();
+        let (Some(first), Some(last)) = (beams.first(), beams.last()) else { return };
+        let layout = (beams.len(), [first.cos, first.sin, last.cos, last.sin].map(f32::to_bits));
+        if layout == self.layout {
+            return;
+        }
+        self.layout = layout;
+        for (sector, beam) in self.of_beam.iter_mut().zip(beams) {
+            let turn = (libm::atan2f(beam.sin, beam.cos) + PI) / TAU;
+            // A hair more, so that beams on borders fall on one side whatever the rounding.
+            *sector = ((turn * SECTORS as f32 + 1e-3) as usize % SECTORS) as u8;
+        }
+    }
+}
+
+/// The nearest thing in a sector.
+#[derive(Clone, Copy, Debug)]
+struct Nearest {
+    /// Where, in the `odom` frame, m.
+    point: Point,
+    /// When it was seen.
+    stamp_ns: u64,
+}
+
+/// Points that stand.
+#[derive(Clone, Debug)]
+pub(super) struct Standing {
+    /// The newest scans' points, newest first.
+    seen: [[Option<Nearest>; SECTORS]; SCANS],
+    /// Points of the robot frame, m.
+    x_m: [f32; POINTS],
+    y_m: [f32; POINTS],
+    /// Squared distance of the robot's centre below which each counts as touched, m².
+    reach2_m2: [f32; POINTS],
+    count: usize,
+}
+
+/// What a robot is too near to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bump {
+    /// Where the point is, robot frame, m.
+    pub(super) x_m: f32,
+    pub(super) y_m: f32,
+    /// How far the robot is inside of what should be kept free, m.
+    pub(super) depth_m: f32,
+}
+
+impl Standing {
+    /// Nothing seen yet.
+    pub(super) fn new() -> Self {
+        Self {
+            seen: [[None; SECTORS]; SCANS],
+            x_m: [0.0; POINTS],
+            y_m: [0.0; POINTS],
+            reach2_m2: [0.0; POINTS],
+            count: 0,
+        }
+    }
+
+    /// Takes in a scan from `pose`, without the beams that `is_left_out`. What is too near to be measured touches the
+    /// footprint, of `radius_m`.
+    pub(super) fn see(
+        &mut self,
+        beams: &Beams,
+        sectors: &Sectors,
+        pose: Pose,
+        stamp_ns: u64,
+        radius_m: f32,
+        is_left_out: impl Fn(usize) -> bool,
+    ) {
+        let mut nearest = [(f32::INFINITY, 0.0, 0.0); SECTORS];
+        for (index, beam) in beams.as_slice().iter().enumerate() {
+            let range_m = if beam.range_m > 0.0 { beam.range_m } else { radius_m };
+            let nearest = &mut nearest[usize::from(sectors.of_beam[index])];
+            if !beam.range_m.is_nan() && range_m < nearest.0 && !is_left_out(index) {
+                *nearest = (range_m, range_m * beam.cos, range_m * beam.sin);
+            }
+        }
+        let (sin, cos) = libm::sincosf(pose.yaw_rad);
+        self.seen.rotate_right(1);
+        for (seen, (range_m, x, y)) in self.seen[0].iter_mut().zip(nearest) {
+            *seen = range_m.is_finite().then(|| Nearest {
+                point: Point::new(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y),
+                stamp_ns,
+            });
+        }
+        for seen in self.seen[1..].iter_mut().flatten() {
+            *seen = seen.filter(|seen| stamp_ns.saturating_sub(seen.stamp_ns) <= KEPT_NS);
+        }
+    }
+
+    /// Lays the points within `far_m` out for courses of a footprint of `radius_m` from `pose`; `step_rad` lies between two
+    /// beams. What is nearer already than it should be may not come nearer still.
+    pub(super) fn lay_out(&mut self, pose: Pose, radius_m: f32, step_rad: f32, far_m: f32) {
+        let (sin, cos) = libm::sincosf(pose.yaw_rad);
+        self.count = 0;
+        for seen in self.seen.iter().flatten().flatten() {
+            let (dx, dy) = (seen.point.x - pose.x_m, seen.point.y - pose.y_m);
+            let range2_m2 = dx * dx + dy * dy;
+            if range2_m2 > far_m * far_m {
+                continue;
+            }
+            let at = self.count;
+            self.x_m[at] = cos * dx + sin * dy;
+            self.y_m[at] = cos * dy - sin * dx;
+            // Between two beams something may stick out a little.
+            let reach_m = radius_m + MARGIN_M + 0.5 * step_rad * libm::sqrtf(range2_m2);
+            self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
+            self.count += 1;
+        }
+        // Whole groups for the loops below; what fills up touches nothing.
+        while !self.count.is_multiple_of(LANES) {
+            (self.x_m[self.count], self.y_m[self.count]) = (0.0, 0.0);
+            self.reach2_m2[self.count] = 0.0;
+            self.count += 1;
+        }
+    }
+
+    /// Whether the robot's centre at a place of the robot frame is too near to something.
+    pub(super) fn is_touched(&self, (x_m, y_m): (f32, f32)) -> bool {
+        let (xs, ys) =
+            (self.x_m[..self.count].chunks_exact(LANES), self.y_m[..self.count].chunks_exact(LANES));
+        for ((xs, ys), reaches) in xs.zip(ys).zip(self.reach2_m2[..self.count].chunks_exact(LANES)) {
+            let mut touched = false;
+            for lane in 0..LANES {
+                let (dx, dy) = (xs[lane] - x_m, ys[lane] - y_m);
+                touched |= dx * dx + dy * dy < reaches[lane];
+            }
+            if touched {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// What the robot's centre at a place of the robot frame is too near to, most of all.
+    pub(super) fn bump(&self, (x_m, y_m): (f32, f32)) -> Bump {
+        let mut worst = Bump { x_m: 0.0, y_m: 0.0, depth_m: 0.0 };
+        for at in 0..self.count {
+            let (dx, dy) = (self.x_m[at] - x_m, self.y_m[at] - y_m);
+            let distance2_m2 = dx * dx + dy * dy;
+            if distance2_m2 < self.reach2_m2[at] {
+                let depth_m = libm::sqrtf(self.reach2_m2[at]) - libm::sqrtf(distance2_m2);
+                if depth_m > worst.depth_m {
+                    worst = Bump { x_m: self.x_m[at], y_m: self.y_m[at], depth_m };
+                }
+            }
+        }
+        worst
+    }
+
+    /// Forgets what was seen.
+    pub(super) fn forget(&mut self) {
+        self.seen = [[None; SECTORS]; SCANS];
+        self.count = 0;
+    }
+}
