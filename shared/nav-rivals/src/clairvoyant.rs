@@ -11,7 +11,7 @@
 //! | 4 | where that ends in a collision, the search is repeated in the motion that step 3 has seen, harder | |
 //!
 //! A way that step 3 drives to the goal is driven as it is: the simulation is exact, and does the same again. Else half
-//! of the best one is driven and the rest searched from there. All of that happens when the truth is shown, before the
+//! of the best one is driven, or the robot stands where it can for longer, and the rest is searched from there. All of that happens when the truth is shown, before the
 //! tick: the time of its ticks says nothing.
 
 mod future;
@@ -62,22 +62,24 @@ impl Clairvoyant {
 /// Commands to the goal, or the first half of those that last longest.
 fn planned(truth: &Simulation, field: &GeodesicField) -> Vec<Twist> {
     let steps = truth.steps_left() as usize;
-    let mut future = Future::of(truth, &[], steps);
+    let standing = vec![Twist::ZERO; steps];
+    let mut future = Future::of(truth, &standing, steps);
+    let stands = future.lasts();
     let mut best = (0, Vec::new());
     for effort in EFFORTS {
         let way = Search::new(truth, field, &future, effort, steps).way();
         let driven = Future::of(truth, &way, steps);
-        let safe = match driven.verdict {
-            Verdict::Reached => return way,
-            Verdict::Collided(step) => step,
-            Verdict::Open => way.len(),
-        };
+        if driven.verdict == Verdict::Reached {
+            return way;
+        }
+        let safe = driven.lasts().min(way.len());
         if safe > best.0 || best.1.is_empty() {
             best = (safe, way);
         }
         future = driven;
     }
-    let (safe, mut way) = best;
+    // Whoever has no way left had better stand.
+    let (safe, mut way) = if best.0 < DRIVEN_MAX && stands > best.0 { (stands, standing) } else { best };
     way.truncate((safe / 2).clamp(1, DRIVEN_MAX));
     way
 }

@@ -19,6 +19,7 @@ pub(super) enum Verdict {
 /// Everybody's positions after each substep from now on.
 pub(super) struct Future {
     people: usize,
+    steps: usize,
     positions: Vec<Point>,
     pub(super) verdict: Verdict,
 }
@@ -30,7 +31,7 @@ impl Future {
         let (mut base, mut crowd) = (truth.base().clone(), truth.crowd().clone());
         let (world, task, radius_m) = (truth.world(), truth.task(), truth.robot_radius_m());
         let people = crowd.people().len();
-        let mut future = Self { people, positions: Vec::new(), verdict: Verdict::Open };
+        let mut future = Self { people, steps, positions: Vec::new(), verdict: Verdict::Open };
         future.positions.reserve(steps * base.substeps() as usize * people);
         for step in 0..steps {
             let robot =
@@ -58,6 +59,14 @@ impl Future {
             }
         }
         future
+    }
+
+    /// Steps without a collision.
+    pub(super) fn lasts(&self) -> usize {
+        match self.verdict {
+            Verdict::Collided(step) => step,
+            Verdict::Reached | Verdict::Open => self.steps,
+        }
     }
 
     /// Everybody's centres after a substep, counted from 0.
