@@ -6,6 +6,7 @@ pub(crate) use model::ModelArguments;
 
 use anyhow::ensure;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use nav_core::task::ShieldMode;
 use nav_host::terminal::LogArguments;
 use nav_ipc::{IpcConfig, RobotName};
 use runtime::bench_loop::LoopBenchPlan;
@@ -105,6 +106,9 @@ pub(crate) struct RunArguments {
     /// Ranges of so many metres or more mean that nothing was hit, where a driver writes a number instead of +inf
     #[arg(long, value_name = "METRES", value_parser = range_m)]
     no_return: Option<f32>,
+    /// The safety gate between policy and base, on or off [default: as the model's manifest says]
+    #[arg(long, value_name = "on|off")]
+    shield: Option<ShieldMode>,
     /// Ask for locked memory and real-time priority [default priority: 50]
     #[arg(long, value_name = "PRIORITY", num_args = 0..=1, default_missing_value = "50", value_parser = clap::value_parser!(u8).range(1..=99))]
     realtime: Option<u8>,
@@ -192,6 +196,7 @@ impl RunArguments {
                 period_ns: None,
             },
             no_return_m: self.no_return,
+            shield: self.shield,
             goal_heartbeat: self.goal_heartbeat,
             realtime: RealTime { priority: self.realtime, core: self.core },
             report: self.report,

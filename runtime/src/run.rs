@@ -30,6 +30,7 @@ use crate::model::{self, Demands, ReadError};
 use drive::drive;
 use live::Live;
 use nav_core::controller::ShapeError;
+use nav_core::task::ShieldMode;
 use nav_core::tick::Tick;
 use nav_host::files;
 use nav_host::stop::{Second, Stop};
@@ -58,6 +59,8 @@ pub struct RunPlan {
     pub drive: DrivePlan,
     /// A finite range from which on the lidar's driver means that nothing was hit, m.
     pub no_return_m: Option<f32>,
+    /// The safety gate, where it is not to be as the manifest says.
+    pub shield: Option<ShieldMode>,
     /// Goals older than this are stale.
     pub goal_heartbeat: Option<std::time::Duration>,
     /// Real-time measures to take, if any.
@@ -108,6 +111,16 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
     }
     inform(nav_model::check::headline(&model));
     let mut controller = model.into_controller()?;
+    if let Some(mode) = plan.shield {
+        controller.set_shield(mode);
+    }
+    let shield = controller.task().shield;
+    match shield {
+        ShieldMode::On => inform("the safety gate (shield) is on"),
+        ShieldMode::Off => {
+            warn("the safety gate (shield) is OFF: what the policy wishes leaves for the base")
+        }
+    }
     if let Some(no_return_m) = plan.no_return_m {
         controller.set_no_return_m(no_return_m);
     }
@@ -129,7 +142,7 @@ pub fn run(plan: &RunPlan) -> Result<End, RunError> {
         Ok(end) => end.to_string(),
         Err(error) => error.to_string(),
     };
-    let report = Report::new(&tally, &plan.drive, plan.robot.as_str(), ended);
+    let report = Report::new(&tally, &plan.drive, plan.robot.as_str(), shield, ended);
     let written = plan.report.as_ref().map_or(Ok(()), |path| {
         report.write(path).map_err(|source| RunError::Report { path: path.clone(), source })
     });

@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use nav_core::manifest::Algorithm;
+use nav_core::task::ShieldMode;
 use nav_env::other_lidar::OtherLidar;
 use nav_host::terminal::LogArguments;
 use nav_sim::disturbance::DisturbanceName;
@@ -148,6 +149,9 @@ pub struct EvaluateArgs {
     /// Another lidar than the trained one, BEAMSxMETRES, as in 360x12; the controller resamples its scans
     #[arg(long, value_name = "LIDAR")]
     pub lidar: Option<OtherLidar>,
+    /// The safety gate between policy and base, on or off [default: as each policy's task says, on for rivals]
+    #[arg(long, value_name = "on|off")]
+    pub shield: Option<ShieldMode>,
     /// Threads; the rows do not depend on it
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub threads: u16,

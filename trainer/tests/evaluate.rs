@@ -2,6 +2,7 @@
 //! Rivals need no model.
 
 use nav_core::metrics::EpisodeEnd;
+use nav_core::task::ShieldMode;
 use nav_env::rows::{EpisodeRow, read_rows};
 use nav_sim::families::{Family, Split, generate};
 use nav_sim::world_file;
@@ -249,4 +250,22 @@ fn wrong_inputs_are_refused_before_anything_is_driven() {
     std::fs::create_dir_all(here.join("eval/table.txt")).expect("a folder");
     assert!(refuse(here, &RIVALS, &[]).contains("table.txt cannot be written"));
     assert!(!here.join("eval/episodes.csv").exists());
+}
+
+/// Worlds with people, with the safety gate and without: the rows say which, and the gate makes a difference.
+#[test]
+fn the_safety_gate_is_on_unless_it_is_switched_off() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let drive = |more: &[&str]| {
+        let plan =
+            ["evaluate", "--policy", "reactive", "--families", "crowd", "--worlds", "12", "--out", "eval"];
+        succeed(folder.path(), &plan, more);
+        rows(folder.path())
+    };
+    let (on, off) = (drive(&[]), drive(&["--shield", "off"]));
+    assert!(on.iter().all(|row| row.shield == Some(ShieldMode::On)));
+    assert!(off.iter().all(|row| row.shield == Some(ShieldMode::Off)));
+    let collisions = |rows: &[EpisodeRow]| rows.iter().filter(|row| row.end == EpisodeEnd::Collision).count();
+    assert!(collisions(&on) < collisions(&off), "{} with it, {} without", collisions(&on), collisions(&off));
+    refuse(folder.path(), &["evaluate", "--shield", "perhaps"], &[]);
 }

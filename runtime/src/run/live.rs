@@ -3,6 +3,7 @@
 use super::facts::{Fact, Facts};
 use nav_core::guard::Cause;
 use nav_core::messages::{CmdVel, RunState, fault};
+use nav_core::shield::{Hazard, Intervention};
 use nav_core::tick::{Inputs, TickStatus};
 use nav_host::terminal::{self, Level};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
@@ -22,6 +23,9 @@ pub struct Live {
     linear_bits: AtomicU32,
     angular_bits: AtomicU32,
     tick_max_ns: AtomicU64,
+    /// The safety gate's newest act: its time in ms above two bits of what and how; 0 for none since it was told last.
+    shielded: AtomicU64,
+    shielded_bearing_bits: AtomicU32,
     /// How many causes the loop has met, and the newest that is not told yet.
     causes_met: AtomicU64,
     untold: Mutex<heapless::Deque<Cause, 8>>,
@@ -66,6 +70,26 @@ impl Live {
         self.linear_bits.store(command.linear_mps.to_bits(), Relaxed);
         self.angular_bits.store(command.angular_radps.to_bits(), Relaxed);
         self.tick_max_ns.fetch_max(tick_ns, Relaxed);
+        if let Some(Intervention { hazard, bearing_rad, in_s, is_forced }) = status.intervention {
+            let what = 1 | u64::from(hazard == Hazard::Person) << 1 | u64::from(is_forced) << 2;
+            self.shielded_bearing_bits.store(bearing_rad.to_bits(), Relaxed);
+            self.shielded.store(what | ((1e3 * in_s) as u64) << 3, Relaxed);
+        }
+    }
+
+    /// What the safety gate did since the last call, in words.
+    fn shield_words(&self) -> String {
+        let act = self.shielded.swap(0, Relaxed);
+        if act == 0 {
+            return String::new();
+        }
+        let intervention = Intervention {
+            hazard: if act & 2 == 0 { Hazard::Standing } else { Hazard::Person },
+            bearing_rad: f32::from_bits(self.shielded_bearing_bits.load(Relaxed)),
+            in_s: (act >> 3) as f32 / 1e3,
+            is_forced: act & 4 != 0,
+        };
+        format!("  {intervention}")
     }
 
     /// Stores what must not grow.
@@ -88,13 +112,14 @@ impl Live {
             state => state.unwrap_or_default().name().to_owned(),
         };
         format!(
-            "{:5.0} s  {rate_hz:6.1} Hz  {what}  v {:.2} m/s  w {:+.2} rad/s  tick max {:.0} us  overruns {}  {}{}",
+            "{:5.0} s  {rate_hz:6.1} Hz  {what}  v {:.2} m/s  w {:+.2} rad/s  tick max {:.0} us  overruns {}  {}{}{}",
             since_start.as_secs_f64(),
             number(&self.linear_bits),
             number(&self.angular_bits),
             self.tick_max_ns.swap(0, Relaxed) as f64 / 1e3,
             self.overruns.load(Relaxed),
             fault::names(self.faults.load(Relaxed) & fault::STOPPING),
+            self.shield_words(),
             match self.allocations.load(Relaxed) {
                 0 => String::new(),
                 count => format!("  ALLOCATIONS {count}"),
@@ -174,13 +199,26 @@ mod tests {
             state: RunState::Driving,
             goal_distance_m: 3.25,
             faults: fault::STALE_ODOM | fault::SPEED_LIMITED,
+            intervention: Some(Intervention {
+                hazard: Hazard::Person,
+                bearing_rad: 1.2,
+                in_s: 0.8,
+                is_forced: false,
+            }),
             ..TickStatus::default()
         };
         for _ in 0..10 {
             live.store(&status, &CmdVel { linear_mps: 0.5, ..CmdVel::default() }, 42_000);
         }
         let line = live.line(second, &mut last, second);
-        for part in ["10.0 Hz", "driving, 3.2 m to the goal", "v 0.50", "max 42 us", "stale odometry"] {
+        for part in [
+            "10.0 Hz",
+            "driving, 3.2 m to the goal",
+            "v 0.50",
+            "max 42 us",
+            "stale odometry",
+            "shield: person from the left, 0.8 s",
+        ] {
             assert!(line.contains(part), "{part} in {line}");
         }
         assert!(!line.contains("speed limited"), "what only shapes a command is no trouble: {line}");

@@ -4,6 +4,7 @@ use super::plan::{DrivePlan, Pace};
 use super::tally::Tally;
 use crate::latency::Percentiles;
 use nav_core::messages::{RunState, fault};
+use nav_core::task::ShieldMode;
 use serde::Serialize;
 use std::path::Path;
 
@@ -58,12 +59,27 @@ pub struct Report {
     pub wake_late: Percentiles,
     /// Difference between one period and the next.
     pub jitter: Percentiles,
+    /// The safety gate, and what it did.
+    pub shield: ShieldReport,
     /// Ticks in each state.
     pub states: States,
     /// Ticks with each fault that occurred.
     pub faults: Vec<FaultCount>,
     /// What exactly was wrong, once for each kind, with the value that was expected and the one that came.
     pub causes: Vec<String>,
+}
+
+/// What the safety gate did.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ShieldReport {
+    /// Whether it was on.
+    pub mode: ShieldMode,
+    /// Ticks in which another command left because of somebody who moves.
+    pub person_ticks: u64,
+    /// Ticks in which another command left because of something that was too near to stop.
+    pub obstacle_ticks: u64,
+    /// Ticks in which none of the commands that were tried was safe; they count above, too.
+    pub forced_ticks: u64,
 }
 
 /// Ticks in each state.
@@ -90,7 +106,7 @@ pub struct FaultCount {
 
 impl Report {
     /// Of a run that ended.
-    pub fn new(tally: &Tally, plan: &DrivePlan, robot: &str, ended: String) -> Self {
+    pub fn new(tally: &Tally, plan: &DrivePlan, robot: &str, shield: ShieldMode, ended: String) -> Self {
         let state = |state: RunState| tally.states[state as usize];
         let armed_ns = if tally.armed_ns == 0 { tally.ended_ns } else { tally.armed_ns };
         let faults = tally.faults.iter().enumerate().filter(|(_, ticks)| **ticks > 0);
@@ -119,6 +135,12 @@ impl Report {
             scans_replaced: tally.scans_replaced,
             wake_late: tally.wake_late.percentiles(),
             jitter: tally.jitter.percentiles(),
+            shield: ShieldReport {
+                mode: shield,
+                person_ticks: tally.shield.persons,
+                obstacle_ticks: tally.shield.obstacles,
+                forced_ticks: tally.shield.forced,
+            },
             states: States {
                 ready: state(RunState::Ready),
                 driving: state(RunState::Driving),
@@ -172,6 +194,14 @@ impl std::fmt::Display for Report {
             "{} allocations in the loop{heap}; {} peers joined or left",
             self.allocations, self.reconnects
         )?;
+        let ShieldReport { mode, person_ticks, obstacle_ticks, forced_ticks } = self.shield;
+        match mode {
+            ShieldMode::On => writeln!(
+                f,
+                "shield on: acted in {person_ticks} ticks for people, {obstacle_ticks} for obstacles; no safe way in {forced_ticks}"
+            )?,
+            ShieldMode::Off => writeln!(f, "shield off")?,
+        }
         for fault in &self.faults {
             writeln!(f, "{} ticks with {}", fault.ticks, fault.fault)?;
         }

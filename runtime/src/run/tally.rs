@@ -4,11 +4,34 @@ use super::rate::ScanRate;
 use crate::latency::Latencies;
 use nav_core::guard::Cause;
 use nav_core::messages::{Header, Odometry, RunState, fault};
+use nav_core::shield::Hazard;
 use nav_core::tick::{Inputs, TickStatus};
 use nav_model::alloc::Counts;
 
 /// More kinds of causes than there are.
 const CAUSES: usize = 32;
+
+/// Ticks in which the safety gate acted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShieldTally {
+    /// Because of somebody who moves.
+    pub persons: u64,
+    /// Because of something that was too near to stop.
+    pub obstacles: u64,
+    /// Without a safe command, of both.
+    pub forced: u64,
+}
+
+impl ShieldTally {
+    fn note(&mut self, status: &TickStatus) {
+        let Some(intervention) = &status.intervention else { return };
+        match intervention.hazard {
+            Hazard::Person => self.persons += 1,
+            Hazard::Standing => self.obstacles += 1,
+        }
+        self.forced += u64::from(intervention.is_forced);
+    }
+}
 
 /// What a run adds up to. Nothing here allocates after [`Tally::new`].
 #[derive(Clone, Debug)]
@@ -51,6 +74,8 @@ pub struct Tally {
     pub reconnects: u64,
     /// See `reconnects`.
     pub reconnect_heap: Counts,
+    /// What the safety gate did.
+    pub shield: ShieldTally,
     /// Ticks that decided on a subgoal.
     pub decisions: u64,
     /// When the loop was armed and when it ended, ns.
@@ -90,6 +115,7 @@ impl Tally {
             heap: Counts::default(),
             reconnects: 0,
             reconnect_heap: Counts::default(),
+            shield: ShieldTally::default(),
             decisions: 0,
             armed_ns: 0,
             ended_ns: 0,
@@ -112,6 +138,7 @@ impl Tally {
             *count += u64::from(status.faults >> bit & 1);
         }
         self.decisions += u64::from(status.decided.is_some());
+        self.shield.note(status);
         if let Some(cause) = &status.cause {
             self.note_cause(cause);
         }

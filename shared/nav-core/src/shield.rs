@@ -179,6 +179,7 @@ impl Shield {
 
         let radius_m = self.robot.radius_m;
         self.hits.see(&self.beams, &self.sectors, pose, stamp_ns, radius_m, |_| false);
+        // What was hit by one beam may reach up to the next one.
         self.hits.lay_out(pose, radius_m, self.beams.step_rad(), self.stopping_m());
         let (beams, tracker, movers) = (&self.beams, &self.tracker, &self.movers);
         let is_informed = self.is_informed;
@@ -193,7 +194,8 @@ impl Shield {
         self.walls.see(beams, &self.sectors, pose, stamp_ns, radius_m, is_person);
         if !self.people.is_empty() {
             let far_m = self.robot.linear_max_mps * self.clock.horizon_s() + 2.0 * radius_m;
-            self.walls.lay_out(pose, radius_m, self.beams.step_rad(), far_m);
+            // Farther ahead there will be other scans to go by.
+            self.walls.lay_out(pose, radius_m, 0.5 * self.beams.step_rad(), far_m);
         }
     }
 

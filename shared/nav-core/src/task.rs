@@ -116,6 +116,30 @@ pub enum Memory {
     Full,
 }
 
+impl ShieldMode {
+    /// Its name in manifests, on command lines and in results.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::On => "on",
+            Self::Off => "off",
+        }
+    }
+}
+
+impl core::fmt::Display for ShieldMode {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.id())
+    }
+}
+
+impl core::str::FromStr for ShieldMode {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        [Self::On, Self::Off].into_iter().find(|mode| mode.id() == text).ok_or("say on or off")
+    }
+}
+
 impl Default for Task {
     fn default() -> Self {
         Self {

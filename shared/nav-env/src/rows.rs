@@ -5,6 +5,7 @@
 //! drops it.
 
 use nav_core::metrics::EpisodeEnd;
+use nav_core::task::ShieldMode;
 use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,9 @@ pub struct EpisodeRow {
     /// The lidar, where it was not the trained one.
     #[serde(default)]
     pub lidar: Option<OtherLidar>,
+    /// The safety gate; absent where the row's writer does not know.
+    #[serde(default)]
+    pub shield: Option<ShieldMode>,
     /// How it ended.
     pub end: EpisodeEnd,
     /// See [`nav_core::metrics::EpisodeMetrics::hit_while_standing`].
@@ -95,6 +99,8 @@ pub struct Labels<'a> {
     pub disturbance: DisturbanceName,
     /// See [`EpisodeRow::lidar`].
     pub lidar: Option<OtherLidar>,
+    /// See [`EpisodeRow::shield`].
+    pub shield: Option<ShieldMode>,
 }
 
 impl EpisodeRow {
@@ -115,6 +121,7 @@ impl EpisodeRow {
             world_seed: labels.world_seed,
             disturbance: labels.disturbance,
             lidar: labels.lidar,
+            shield: labels.shield,
             end: m.end,
             hit_while_standing: m.hit_while_standing,
             steps: m.steps,
@@ -148,7 +155,8 @@ impl EpisodeRow {
             && self.training_seed == labels.training_seed
             && self.run == labels.run
             && self.world_seed == labels.world_seed
-            && (self.disturbance, self.lidar) == (labels.disturbance, labels.lidar)
+            && (self.disturbance, self.lidar, self.shield)
+                == (labels.disturbance, labels.lidar, labels.shield)
     }
 }
 

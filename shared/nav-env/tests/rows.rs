@@ -1,6 +1,7 @@
 //! Rows survive what ends a program.
 
 use nav_core::metrics::EpisodeEnd;
+use nav_core::task::ShieldMode;
 use nav_env::rows::{EpisodeRow, RowFile, RowsError, read_rows};
 use nav_env::summary::summarise;
 use nav_sim::disturbance::DisturbanceName;
@@ -19,6 +20,7 @@ fn row(world_seed: u64) -> EpisodeRow {
         world_seed,
         disturbance: DisturbanceName::Usual,
         lidar: None,
+        shield: Some(ShieldMode::On),
         end: EpisodeEnd::Success,
         hit_while_standing: false,
         steps: 123,
@@ -74,7 +76,7 @@ fn every_row_is_on_the_disk_as_soon_as_it_is_written_and_read_back_as_it_was() {
     }
     let text = fs::read_to_string(&path).expect("text");
     assert_eq!(text.lines().count(), 4, "one header: {text}");
-    assert!(text.contains("\nhybrid,,\"runs/a, b\",,barn_7.toml,,7,usual,,believed_arrived,"), "{text}");
+    assert!(text.contains("\nhybrid,,\"runs/a, b\",,barn_7.toml,,7,usual,,on,believed_arrived,"), "{text}");
 }
 
 #[test]

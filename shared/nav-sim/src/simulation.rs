@@ -227,11 +227,6 @@ impl Simulation {
         self.steps as f32 * self.task.control_period_s
     }
 
-    /// How this episode's robot differs from a perfect one.
-    pub fn drawn(&self) -> &DrawnDisturbance {
-        &self.drawn
-    }
-
     /// How the episode stands.
     pub fn outcome(&self) -> Outcome {
         self.outcome

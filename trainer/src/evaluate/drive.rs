@@ -97,7 +97,10 @@ impl Fleets {
             let robot = || {
                 SimulatedRobot::new(&plan.task, &disturbance).with_limits(plan.limits).with_lidar(plan.lidar)
             };
-            plan.policies.iter().map(|policy| Ok((robot(), policy.driver(&plan.task)?))).collect()
+            plan.policies
+                .iter()
+                .map(|policy| Ok((robot(), policy.driver(&plan.task, plan.shield_of(policy))?)))
+                .collect()
         };
         Ok(Self(Mutex::new((0..threads).map(|_| fleet()).collect::<Result<_>>()?)))
     }

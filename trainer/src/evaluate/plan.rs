@@ -1,7 +1,7 @@
 //! What will be driven, checked; kept beside the rows, so that `--resume` goes on with the same and nothing else.
 
 use anyhow::{Context, Result, bail, ensure};
-use nav_core::task::Task;
+use nav_core::task::{ShieldMode, Task};
 use nav_env::limits::Limits;
 use nav_env::other_lidar::OtherLidar;
 use nav_env::rows::{EpisodeRow, Labels, RowFile};
@@ -39,6 +39,8 @@ pub struct Plan {
     pub limits: Limits,
     /// Its lidar, where it is not the trained one.
     pub lidar: Option<OtherLidar>,
+    /// The safety gate, where it is not to be as each policy's task says.
+    pub shield: Option<ShieldMode>,
     /// Episodes of each policy and family in the pictures.
     pub pictures: usize,
     /// Where everything goes.
@@ -65,6 +67,7 @@ struct Kept<'a> {
     disturbance_ranges: Disturbance,
     limits: Limits,
     lidar: Option<OtherLidar>,
+    shield: Option<ShieldMode>,
 }
 
 #[derive(Serialize)]
@@ -103,6 +106,7 @@ impl Plan {
             disturbance: args.disturbance,
             limits,
             lidar: args.lidar,
+            shield: args.shield,
             pictures: args.pictures.into(),
             out: args.out.clone(),
         })
@@ -128,7 +132,14 @@ impl Plan {
             world_seed,
             disturbance: self.disturbance,
             lidar: self.lidar,
+            shield: Some(self.shield_of(policy)),
         }
+    }
+
+    /// The safety gate of a policy.
+    pub fn shield_of(&self, policy: &NamedPolicy) -> ShieldMode {
+        let own = policy.learned.as_ref().map_or(ShieldMode::On, |learned| learned.task.shield);
+        self.shield.unwrap_or(own)
     }
 
     /// The picture files of a policy.
@@ -187,6 +198,7 @@ impl Plan {
             disturbance_ranges: self.disturbance.disturbance(),
             limits: self.limits,
             lidar: self.lidar,
+            shield: self.shield,
         };
         Ok(serde_json::to_string_pretty(&kept)? + "\n")
     }
@@ -221,6 +233,7 @@ fn shared_task(policies: &[NamedPolicy], limits: &Limits) -> Result<Task> {
     // What a limit replaces, and what a policy decides by itself, need not be shared.
     let world = |of: Task| Task {
         decision: task.decision,
+        shield: task.shield,
         episode_steps: if limits.time_limit_s.is_some() { 0 } else { of.episode_steps },
         goal_radius_m: limits.goal_radius_m.unwrap_or(of.goal_radius_m),
         ..of

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use nav_core::controller::Controller;
 use nav_core::manifest::MANIFEST_FILE;
-use nav_core::task::Task;
+use nav_core::task::{ShieldMode, Task};
 use nav_env::robot::Driver;
 use nav_host::sha256::sha256_hex;
 use nav_model::model::Model;
@@ -168,16 +168,28 @@ impl NamedPolicy {
     ///
     /// # Errors
     /// A folder that was changed since it was read.
-    pub fn driver(&self, task: &Task) -> Result<Box<dyn Driver + Send>> {
+    pub fn driver(&self, task: &Task, shield: ShieldMode) -> Result<Box<dyn Driver + Send>> {
         let is_flat = self.learned.as_ref().is_some_and(|learned| learned.is_flat);
         Ok(match &self.kind {
-            Kind::Exported(folder) if is_flat => Box::new(Model::read(folder)?.into_flat_controller()?),
-            Kind::Exported(folder) => Box::new(Model::read(folder)?.into_controller()?),
-            Kind::Trained(policy) if is_flat => Box::new(policy.flat_controller()?),
-            Kind::Trained(policy) => Box::new(Controller::new(&policy.task, policy.high()?, policy.low()?)?),
-            Kind::Rival(rival) => rival.driver(task),
+            Kind::Exported(folder) if is_flat => {
+                with_shield(Model::read(folder)?.into_flat_controller()?, shield)
+            }
+            Kind::Exported(folder) => with_shield(Model::read(folder)?.into_controller()?, shield),
+            Kind::Trained(policy) if is_flat => with_shield(policy.flat_controller()?, shield),
+            Kind::Trained(policy) => {
+                with_shield(Controller::new(&policy.task, policy.high()?, policy.low()?)?, shield)
+            }
+            Kind::Rival(rival) => rival.driver(&Task { shield, ..*task }),
         })
     }
+}
+
+fn with_shield<S>(mut controller: Controller<S>, shield: ShieldMode) -> Box<dyn Driver + Send>
+where
+    S: AsRef<[f32]> + AsMut<[f32]> + Send + 'static,
+{
+    controller.set_shield(shield);
+    Box::new(controller)
 }
 
 #[cfg(test)]

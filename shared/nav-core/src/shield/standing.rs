@@ -126,9 +126,9 @@ impl Standing {
         }
     }
 
-    /// Lays the points within `far_m` out for courses of a footprint of `radius_m` from `pose`; `step_rad` lies between two
-    /// beams. What is nearer already than it should be may not come nearer still.
-    pub(super) fn lay_out(&mut self, pose: Pose, radius_m: f32, step_rad: f32, far_m: f32) {
+    /// Lays the points within `far_m` out for courses of a footprint of `radius_m` from `pose`; beside a hit, something may
+    /// reach so far unseen as `edge_rad` spans. What is nearer already than it should be may not come nearer still.
+    pub(super) fn lay_out(&mut self, pose: Pose, radius_m: f32, edge_rad: f32, far_m: f32) {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
         for seen in self.seen.iter().flatten().flatten() {
@@ -140,8 +140,7 @@ impl Standing {
             let at = self.count;
             self.x_m[at] = cos * dx + sin * dy;
             self.y_m[at] = cos * dy - sin * dx;
-            // Between two beams something may stick out a little.
-            let reach_m = radius_m + MARGIN_M + 0.5 * step_rad * libm::sqrtf(range2_m2);
+            let reach_m = radius_m + MARGIN_M + edge_rad * libm::sqrtf(range2_m2);
             self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
             self.count += 1;
         }
