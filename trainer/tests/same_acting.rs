@@ -3,7 +3,7 @@
 
 use nav_core::controller::Controller;
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION, expand_candidates};
-use nav_core::task::{ACTION_COUNT, ACTION_WAIT, Task};
+use nav_core::task::{ACTION_COUNT, ACTION_WAIT, ShieldMode, Task};
 use nav_env::ActingNetwork;
 use nav_env::episode::Episode;
 use nav_env::high::drive_step;
