@@ -1,5 +1,5 @@
 //! iceoryx2's `ipc::Service` with two differences inside this process: what a loan needs comes from a fixed slab, and
-//! connecting never waits for long (see [`crate::bounded`]).
+//! connecting never waits for long (see `bounded.rs`).
 //!
 //! Stock services allocate 48 bytes for each message sent, because the state of a loaned sample is counted by
 //! an `Rc`. Everything that other processes see is the same type as in `ipc::Service`, so both interoperate;
