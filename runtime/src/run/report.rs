@@ -74,9 +74,9 @@ pub struct Report {
 pub struct ShieldReport {
     /// Whether it was on.
     pub mode: ShieldMode,
-    /// Ticks in which another command left because of somebody who moves.
+    /// Ticks in which what was wished is not safe because of somebody who moves.
     pub person_ticks: u64,
-    /// Ticks in which another command left because of something that was too near to stop.
+    /// Ticks in which what was wished is not safe because of something that is too near to stop.
     pub obstacle_ticks: u64,
     /// Ticks in which none of the commands that were tried was safe; they count above, too.
     pub forced_ticks: u64,
@@ -198,7 +198,7 @@ impl std::fmt::Display for Report {
         match mode {
             ShieldMode::On => writeln!(
                 f,
-                "shield on: acted in {person_ticks} ticks for people, {obstacle_ticks} for obstacles; no safe way in {forced_ticks}"
+                "shield on: wish not safe in {person_ticks} ticks for people, {obstacle_ticks} for obstacles; no safe way in {forced_ticks}"
             )?,
             ShieldMode::Off => writeln!(f, "shield off")?,
         }

@@ -11,7 +11,7 @@ use nav_model::alloc::Counts;
 /// More kinds of causes than there are.
 const CAUSES: usize = 32;
 
-/// Ticks in which the safety gate acted.
+/// Ticks in which what was wished is not safe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShieldTally {
     /// Because of somebody who moves.

@@ -6,7 +6,7 @@
 //!
 //! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for), then
 //! [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
-//! (when it decides), [`tracker`] (who moves around it), [`network`] (how it is evaluated), [`guard`] (what may leave),
+//! (when it decides), [`tracker`] (who moves around it), [`network`] (how it is evaluated), [`shield`] and [`guard`] (what may leave),
 //! [`tick`] and [`controller`] (all of it), [`run_state`] (what it is doing), [`driver_guard`] (what the base obeys);
 //! [`reward`] and [`metrics`] judge the result, [`manifest`] says what a model is, [`testing`] makes up messages.
 #![no_std]
