@@ -8,6 +8,7 @@ use crate::network::Network;
 use crate::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION, expand_candidates};
 use crate::run_state::run_state;
 use crate::shield::Shield;
+use crate::shielding::Shielding;
 use crate::task::{ACTION_COUNT, ACTION_GOAL, ShieldMode, Task};
 use crate::tick::{Inputs, Tick, TickStatus};
 use crate::twist::Twist;
@@ -20,7 +21,7 @@ pub struct Controller<S> {
     task: Task,
     navigator: Navigator,
     guard: Guard,
-    shield: Option<Shield>,
+    shielding: Shielding,
     high: Option<Network<S>>,
     low: Network<S>,
     candidates: [f32; ACTION_COUNT * CANDIDATE_FEATURES],
@@ -75,7 +76,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
             task: *task,
             navigator: Navigator::new(task),
             guard: Guard::new(task),
-            shield: (task.shield == ShieldMode::On).then(|| Shield::new(task)),
+            shielding: Shielding::new(task),
             high,
             low,
             candidates: [0.0; ACTION_COUNT * CANDIDATE_FEATURES],
@@ -121,25 +122,21 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
             if scan.header.seq != self.last_scan_seq {
                 self.last_scan_seq = scan.header.seq;
                 self.navigator.observe(scan, odom, goal);
-                if let Some(shield) = &mut self.shield {
-                    if self.navigator.was_set_down() {
-                        shield.forget();
-                    }
-                    shield.see(scan, odom.pose);
-                }
+                self.shielding.observe(scan, odom, &self.navigator);
             }
             if !self.navigator.goal_reached() {
                 wish = self.act(&mut status);
-                wish = self.shielded(wish, odom.twist(), &mut status);
+                let (command, intervention, acted) =
+                    self.shielding.filter(wish, odom, &self.guard, &self.navigator);
+                (wish, status.intervention) = (command, intervention);
+                status.faults |= acted;
             }
         } else {
             self.navigator.note_gap();
             if status.faults & (fault::BAD_CLOCK | fault::BAD_ODOM) != 0 {
                 // Whoever publishes has begun anew, and with it perhaps the odom frame.
                 self.navigator.forget();
-                if let Some(shield) = &mut self.shield {
-                    shield.forget();
-                }
+                self.shielding.forget();
                 (self.goal_id, self.last_scan_seq) = (None, 0);
             }
         }
@@ -210,28 +207,10 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
         self.navigator.decode_low(action)
     }
 
-    /// What the safety gate makes of a wish.
-    fn shielded(&self, wish: Twist, measured: Twist, status: &mut TickStatus) -> Twist {
-        let Some(shield) = &self.shield else { return wish };
-        if !wish.is_finite() {
-            return wish;
-        }
-        let mut sent = *self.guard.sent();
-        sent[0] = self.guard.ramp_from();
-        let may_advance = !self.navigator.scan().is_closed_ahead();
-        let wish = self.task.robot.limited(wish);
-        let (command, intervention) = shield.filter(wish, measured, &sent, may_advance);
-        status.intervention = intervention;
-        status.faults |= if command == wish { 0 } else { fault::SHIELDED };
-        command
-    }
-
     /// A finite range from which on the lidar's driver means that nothing was hit, m.
     pub fn set_no_return_m(&mut self, no_return_m: f32) {
         self.navigator.set_no_return_m(no_return_m);
-        if let Some(shield) = &mut self.shield {
-            shield.set_no_return_m(no_return_m);
-        }
+        self.shielding.set_no_return_m(no_return_m);
     }
 
     /// Goals must be repeated: one that is older than this is stale, ns.
@@ -241,18 +220,18 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
 
     /// The safety gate, unless it is switched off.
     pub fn shield(&self) -> Option<&Shield> {
-        self.shield.as_ref()
+        self.shielding.shield()
     }
 
     /// See [`Self::shield`].
     pub fn shield_mut(&mut self) -> Option<&mut Shield> {
-        self.shield.as_mut()
+        self.shielding.shield_mut()
     }
 
     /// Switches the safety gate on or off, whatever the task says.
     pub fn set_shield(&mut self, mode: ShieldMode) {
         self.task.shield = mode;
-        self.shield = (mode == ShieldMode::On).then(|| Shield::new(&self.task));
+        self.shielding.switch(mode);
     }
 
     /// The navigator, for pictures and records.

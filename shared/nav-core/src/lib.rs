@@ -6,7 +6,8 @@
 //!
 //! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for), then
 //! [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
-//! (when it decides), [`tracker`] (who moves around it), [`network`] (how it is evaluated), [`shield`] and [`guard`] (what may leave),
+//! (when it decides), [`tracker`] (who moves around it), [`network`] (how it is evaluated), [`shield`] (as [`shielding`] lets
+//! drivers use it) and [`guard`] (what may leave),
 //! [`tick`] and [`controller`] (all of it), [`run_state`] (what it is doing), [`driver_guard`] (what the base obeys);
 //! [`reward`] and [`metrics`] judge the result, [`manifest`] says what a model is, [`testing`] makes up messages.
 #![no_std]
@@ -29,6 +30,7 @@ pub mod tracker;
 pub mod network;
 pub mod shield;
 pub mod guard;
+pub mod shielding;
 pub mod tick;
 pub mod controller;
 pub mod run_state;

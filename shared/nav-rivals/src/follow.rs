@@ -2,10 +2,10 @@
 
 use nav_core::geometry::{Point, wrap_angle};
 use nav_core::guard::Guard;
-use nav_core::messages::{CmdVel, Header, RunState, fault};
+use nav_core::messages::{CmdVel, Header, RunState};
 use nav_core::navigator::Navigator;
-use nav_core::shield::Shield;
-use nav_core::task::{ACTION_GOAL, ShieldMode, Task};
+use nav_core::shielding::Shielding;
+use nav_core::task::{ACTION_GOAL, Task};
 use nav_core::tick::{Inputs, TickStatus};
 use nav_core::twist::Twist;
 
@@ -19,7 +19,7 @@ pub(crate) struct Follower {
     pub(crate) navigator: Navigator,
     pub(crate) task: Task,
     guard: Guard,
-    shield: Option<Shield>,
+    shielding: Shielding,
     commands: u64,
     goal_id: Option<u32>,
 }
@@ -30,7 +30,7 @@ impl Follower {
             navigator: Navigator::new(task),
             task: *task,
             guard: Guard::new(task),
-            shield: (task.shield == ShieldMode::On).then(|| Shield::new(task)),
+            shielding: Shielding::new(task),
             commands: 0,
             goal_id: None,
         }
@@ -44,12 +44,7 @@ impl Follower {
             self.guard.restart_from(inputs.odom.twist(), 0);
         }
         self.navigator.observe(inputs.scan, inputs.odom, inputs.goal);
-        if let Some(shield) = &mut self.shield {
-            if self.navigator.was_set_down() {
-                shield.forget();
-            }
-            shield.see(inputs.scan, inputs.odom.pose);
-        }
+        self.shielding.observe(inputs.scan, inputs.odom, &self.navigator);
         is_new
     }
 
@@ -71,14 +66,13 @@ impl Follower {
         let has_arrived = self.navigator.goal_reached();
         let driving = Twist::new(robot.linear_max_mps * aligned * clear, angular);
         let wish = robot.limited(if has_arrived { Twist::ZERO } else { driving });
-        let (mut allowed, mut intervention) = (wish, None);
-        if let (Some(shield), false) = (&self.shield, has_arrived) {
-            let may_advance = !self.navigator.scan().is_closed_ahead();
-            (allowed, intervention) =
-                shield.filter(wish, inputs.odom.twist(), self.guard.sent(), may_advance);
-        }
+        let (allowed, intervention, acted) = if has_arrived {
+            (wish, None, 0)
+        } else {
+            self.shielding.filter(wish, inputs.odom, &self.guard, &self.navigator)
+        };
         let (out, limited) = self.guard.limit(allowed);
-        let faults = limited | if allowed == wish { 0 } else { fault::SHIELDED };
+        let faults = limited | acted;
         let state = if has_arrived { RunState::Reached } else { RunState::Driving };
         self.commands += 1;
         let command = CmdVel {
