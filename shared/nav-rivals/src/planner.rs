@@ -20,8 +20,13 @@ use crate::follow::Follower;
 const CELL_M: f32 = 0.1;
 /// Kept to obstacles beyond the footprint where there is room, m.
 const COMFORT_M: f32 = 0.2;
-/// The follower aims this far ahead on the path, m.
-const LOOKAHEAD_M: f32 = 0.6;
+/// The follower aims this far ahead on the path at most, m: nearer where the straight way there cuts a corner.
+const LOOKAHEAD_M: f32 = 0.9;
+/// Off things that a corner may be cut by, m beyond what blocks a cell: room for the safety gate, which stops the robot
+/// before it touches.
+const CUT_M: f32 = 0.12;
+/// Cost of a straight step where there is room, and what is added next to things.
+const COST: (u32, f32) = (10, 40.0);
 
 /// Which search finds the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +44,7 @@ pub struct KnownMapPlanner {
     follower: Follower,
     /// What is left of the path, map frame.
     path: Vec<Point>,
+    grid: Option<Grid>,
     world: Option<Arc<World>>,
     map_from_odom: Pose,
 }
@@ -51,6 +57,7 @@ impl KnownMapPlanner {
             task: *task,
             follower: Follower::new(task),
             path: Vec::new(),
+            grid: None,
             world: None,
             map_from_odom: Pose::default(),
         }
@@ -67,10 +74,10 @@ impl KnownMapPlanner {
         if let Some(index) = nearest(&self.path[..self.path.len().min(30)]) {
             self.path.drain(..index);
         }
-        let ahead = self.path.iter().find(|point| (**point - position).norm() > LOOKAHEAD_M);
+        let ahead = self.grid.as_ref().and_then(|grid| grid.aim(position, &self.path));
         ahead.map_or_else(
             || self.follower.navigator.goal(),
-            |point| self.map_from_odom.local_from_parent(*point),
+            |point| self.map_from_odom.local_from_parent(point),
         )
     }
 }
@@ -89,7 +96,9 @@ impl Tick for KnownMapPlanner {
     fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {
         self.follower.observe(&inputs);
         if let Some(world) = self.world.take() {
-            self.path = Grid::new(&world, &self.task).path(self.search, world.start.position(), world.goal);
+            let grid = Grid::new(&world, &self.task);
+            self.path = grid.path(self.search, world.start.position(), world.goal);
+            self.grid = Some(grid);
         }
         let target = self.target();
         self.follower.towards(now_ns, &inputs, target)
@@ -111,6 +120,12 @@ struct Grid {
 
 type Cell = (i32, i32);
 
+/// Up to five times as dear within the comfort distance.
+fn cost_at(free_m: f32) -> u32 {
+    let near = (1.0 - free_m / COMFORT_M).clamp(0.0, 1.0);
+    COST.0 + (COST.1 * near) as u32
+}
+
 impl Grid {
     fn new(world: &World, task: &Task) -> Self {
         let obstacles = Obstacles::new(world);
@@ -122,9 +137,7 @@ impl Grid {
             for column in 0..columns {
                 let free_m =
                     obstacles.distance_m(grid.center((column, row)), radius_m + COMFORT_M) - radius_m;
-                // Up to five times as dear within the comfort distance.
-                let near = (1.0 - free_m / COMFORT_M).clamp(0.0, 1.0);
-                grid.cost.push(if free_m < 0.0 { 0 } else { 10 + (40.0 * near) as u32 });
+                grid.cost.push(if free_m < 0.0 { 0 } else { cost_at(free_m) });
             }
         }
         grid
@@ -145,6 +158,30 @@ impl Grid {
     fn cost(&self, cell: Cell) -> u32 {
         let inside = (0..self.columns).contains(&cell.0) && (0..self.rows).contains(&cell.1);
         if inside { self.cost[(cell.1 * self.columns + cell.0) as usize] } else { 0 }
+    }
+
+    /// The farthest point of a path within [`LOOKAHEAD_M`] to which the straight way from a place leads nowhere nearer to
+    /// things than the path does or [`CUT_M`] allows; none at its end.
+    fn aim(&self, from: Point, path: &[Point]) -> Option<Point> {
+        let dear = |point: Point| match self.cost(self.cell(point)) {
+            0 => u32::MAX,
+            cost => cost,
+        };
+        let mut dearest = dear(from).max(cost_at(CUT_M));
+        let mut aim = None;
+        for &point in path {
+            let way = point - from;
+            dearest = dearest.max(dear(point));
+            let steps = (way.norm() / (0.5 * CELL_M)).ceil().max(1.0);
+            let cuts_a_corner =
+                (1..steps as u32).any(|step| dear(from + way * (step as f32 / steps)) > dearest);
+            if aim.is_some() && (cuts_a_corner || way.norm() > LOOKAHEAD_M) {
+                return aim;
+            }
+            aim = Some(point);
+        }
+        // The goal lies within reach.
+        None
     }
 
     fn neighbours(&self, cell: Cell) -> Vec<(Cell, u32)> {

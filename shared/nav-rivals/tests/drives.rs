@@ -31,8 +31,7 @@ fn every_rival_of_the_list_finds_its_way_through_clutter() {
     }
 }
 
-/// In the odometry's frame the path of a maze would soon lead through walls. Without the safety gate, which costs the rivals
-/// that cut corners some mazes.
+/// In the odometry's frame the path of a maze would soon lead through walls.
 #[test]
 fn a_path_on_the_map_is_followed_by_the_localised_pose() {
     let drifting = Disturbance {
@@ -41,8 +40,19 @@ fn a_path_on_the_map_is_followed_by_the_localised_pose() {
         ..Disturbance::none()
     };
     for rival in [Rival::Astar, Rival::Dijkstra] {
-        let ends = ends(rival, Family::Maze, &drifting, ShieldMode::Off);
+        let ends = ends(rival, Family::Maze, &drifting, ShieldMode::On);
         assert_eq!(successes(&ends), ends.len(), "{rival}: {ends:?}");
+    }
+}
+
+/// A planner that knows the map keeps to ways that the safety gate lets through.
+#[test]
+fn the_safety_gate_costs_a_planner_no_goal() {
+    for family in [Family::UTrap, Family::DeepU, Family::MazeTight, Family::Tight] {
+        for shield in [ShieldMode::Off, ShieldMode::On] {
+            let ends = ends(Rival::Astar, family, &Disturbance::usual(), shield);
+            assert_eq!(successes(&ends), ends.len(), "{family}, gate {shield}: {ends:?}");
+        }
     }
 }
 
