@@ -204,6 +204,9 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
         if self.navigator.scan().is_closed_ahead() {
             status.faults |= fault::CLOSED_AHEAD;
         }
+        if self.task.robot.reverses() && self.navigator.scan().is_closed_behind() {
+            status.faults |= fault::CLOSED_BEHIND;
+        }
         self.navigator.decode_low(action)
     }
 

@@ -114,6 +114,21 @@ mod tests {
     }
 
     #[test]
+    fn only_a_robot_that_may_reverses() {
+        for linear_min_mps in [0.0, -0.3] {
+            let mut task = Task::default();
+            task.robot.linear_min_mps = linear_min_mps;
+            let mut driver = DriverGuard::new(&task);
+            driver.accept(&command(1, -9.0), 0);
+            assert!(
+                (driver.target(0).linear_mps - linear_min_mps.max(-0.2)).abs() < 1e-3,
+                "2 m/s² for 0.1 s"
+            );
+            assert!((driver.target(0).linear_mps - linear_min_mps).abs() < 1e-6, "{linear_min_mps}");
+        }
+    }
+
+    #[test]
     fn a_stale_command_ramps_to_zero_and_a_new_one_drives_on() {
         let mut driver = driving();
         let late_ns = driver.stale_after_ns() + 1;

@@ -291,10 +291,16 @@ impl Navigator {
     }
 
     /// What a low-level action in [-1, 1] means. Nothing drives forward where something touches ahead, or where nothing
-    /// is known.
+    /// is known, and nothing backwards where it is so behind.
     pub fn decode_low(&self, action: [f32; LOW_ACTION]) -> Twist {
         let robot = &self.task.robot;
-        let share = if self.scan.is_closed_ahead() { 0.0 } else { 0.5 * (action[0] + 1.0) };
-        Twist::new(share * robot.linear_max_mps, action[1] * robot.angular_max_radps)
+        let mut linear_mps = robot.linear_of(action[0]);
+        if self.scan.is_closed_ahead() {
+            linear_mps = linear_mps.min(0.0);
+        }
+        if robot.reverses() && self.scan.is_closed_behind() {
+            linear_mps = linear_mps.max(0.0);
+        }
+        Twist::new(linear_mps, action[1] * robot.angular_max_radps)
     }
 }

@@ -23,7 +23,7 @@ use heapless::Vec;
 /// Sectors of the low-level observation, over the full circle, counter-clockwise from straight back (-π).
 pub const SECTOR_COUNT: usize = 36;
 /// Sectors whose middles lie this far to either side of straight ahead must be seen, and not touched, for the robot to
-/// drive forward, rad: 50 degrees.
+/// drive forward, rad: 50 degrees. The same to either side of straight back for it to drive backwards.
 const AHEAD_RAD: f32 = 0.873;
 
 /// A beam that hit something.
@@ -47,6 +47,8 @@ pub struct ScanGeometry {
     /// Sectors that no beam looks into (field of view below a full circle, or fewer beams than sectors): they
     /// count as free in training as on the robot.
     unseen: [bool; SECTOR_COUNT],
+    /// A sector behind the robot lies outside of the field of view, so that nothing is ever known there.
+    is_blind_behind: bool,
     /// Unit vectors of the sectors' middles.
     sector_directions: [(f32, f32); SECTOR_COUNT],
 }
@@ -62,11 +64,14 @@ impl ScanGeometry {
             directions: [(0.0, 0.0); MAX_BEAMS],
             sector_of_beam: [0; MAX_BEAMS],
             unseen: [true; SECTOR_COUNT],
+            is_blind_behind: false,
             sector_directions: [(0.0, 0.0); SECTOR_COUNT],
         };
         for (sector, direction) in geometry.sector_directions.iter_mut().enumerate() {
             let (sin, cos) = libm::sincosf(sector_angle_rad(sector));
             *direction = (cos, sin);
+            let is_outside = sector_angle_rad(sector).abs() > 0.5 * lidar.field_of_view_rad;
+            geometry.is_blind_behind |= is_outside && is_behind(sector);
         }
         for beam in 0..geometry.beam_count {
             let angle = lidar.beam_angle_rad(beam);
@@ -102,6 +107,14 @@ pub fn sector_angle_rad(sector: usize) -> f32 {
     (sector as f32 + 0.5) * (TAU / SECTOR_COUNT as f32) - PI
 }
 
+fn is_ahead(sector: usize) -> bool {
+    sector_angle_rad(sector).abs() < AHEAD_RAD
+}
+
+fn is_behind(sector: usize) -> bool {
+    sector_angle_rad(sector).abs() > PI - AHEAD_RAD
+}
+
 /// The newest scan, digested.
 #[derive(Clone, Debug)]
 pub struct ScanView {
@@ -110,6 +123,7 @@ pub struct ScanView {
     /// Middles of the sectors in which nothing is known, two radii from the robot's centre.
     veiled: Vec<Point, SECTOR_COUNT>,
     is_closed_ahead: bool,
+    is_closed_behind: bool,
     /// How far the lidar that measured can see, m, at most `range_max_m`.
     reach_m: f32,
     hits: Vec<Hit, MAX_BEAMS>,
@@ -124,6 +138,7 @@ impl ScanView {
             sectors_m: [geometry.range_max_m; SECTOR_COUNT],
             veiled: Vec::new(),
             is_closed_ahead: false,
+            is_closed_behind: geometry.is_blind_behind,
             reach_m: geometry.range_max_m,
             hits: Vec::new(),
             rays: Vec::new(),
@@ -154,6 +169,7 @@ impl ScanView {
         }
         self.veiled.clear();
         self.is_closed_ahead = false;
+        self.is_closed_behind = geometry.is_blind_behind;
         for sector in 0..SECTOR_COUNT {
             let is_known = nearest[sector].is_finite();
             self.sectors_m[sector] = if is_known {
@@ -169,10 +185,11 @@ impl ScanView {
                 let nearer = left.min(right);
                 if nearer.is_finite() { nearer } else { 0.0 }
             };
-            let is_ahead = sector_angle_rad(sector).abs() < AHEAD_RAD;
             let touches = self.sectors_m[sector] <= geometry.robot_radius_m;
             let is_veiled = !is_known && !geometry.unseen[sector];
-            self.is_closed_ahead |= is_ahead && (touches || is_veiled);
+            let is_closed = touches || is_veiled;
+            self.is_closed_ahead |= is_closed && is_ahead(sector);
+            self.is_closed_behind |= is_closed && is_behind(sector);
         }
     }
 
@@ -184,6 +201,11 @@ impl ScanView {
     /// Whether driving forward could touch what is too near, or leads to where nothing is known.
     pub fn is_closed_ahead(&self) -> bool {
         self.is_closed_ahead
+    }
+
+    /// As [`Self::is_closed_ahead`], of driving backwards; also where the lidar does not look behind the robot.
+    pub fn is_closed_behind(&self) -> bool {
+        self.is_closed_behind
     }
 
     /// Nearest range in each sector, m.

@@ -5,7 +5,7 @@ use nav_core::geometry::Pose;
 use nav_core::messages::{Goal, Header, LaserScan, MAX_BEAMS, Odometry, RunState, fault};
 use nav_core::network::{Activation, CpuLevel, Layer, MlpSpec, MlpWeights, Network};
 use nav_core::observation::{CANDIDATE_FEATURES, LOW_ACTION, LOW_OBSERVATION};
-use nav_core::task::{ACTION_COUNT, ACTION_GOAL, Task};
+use nav_core::task::{ACTION_COUNT, ACTION_GOAL, Lidar, Robot, ShieldMode, Task};
 use nav_core::tick::{Inputs, Tick};
 
 const PERIOD_NS: u64 = 100_000_000;
@@ -27,7 +27,12 @@ fn network(inputs: usize, outputs: usize, rows: usize, seed: u32, bad: bool) -> 
 
 /// A network that wishes to drive ahead at full speed and turn left as fast as it can, whatever it sees.
 fn eager() -> Network<Vec<f32>> {
-    of_weights(LOW_OBSERVATION, LOW_ACTION, 1, &vec![0.0; LOW_OBSERVATION * LOW_ACTION], 9.0)
+    always(9.0)
+}
+
+/// A network that wishes the same whatever it sees: to drive back as fast as it may and turn right, at -9.
+fn always(bias: f32) -> Network<Vec<f32>> {
+    of_weights(LOW_OBSERVATION, LOW_ACTION, 1, &vec![0.0; LOW_OBSERVATION * LOW_ACTION], bias)
 }
 
 fn of_weights(inputs: usize, outputs: usize, rows: usize, weights: &[f32], bias: f32) -> Network<Vec<f32>> {
@@ -255,6 +260,48 @@ fn it_does_not_drive_at_what_is_too_near_or_unknown() {
             assert!(status.faults & fault::CLOSED_AHEAD != 0);
         }
     }
+}
+
+/// The command and the faults after 3 s of wishing to drive back, on a robot that may reverse at `linear_min_mps`, in a wide
+/// space but for what `change` makes of the scans.
+fn driven_back(linear_min_mps: f32, lidar: Lidar, change: impl Fn(&mut LaserScan)) -> (f32, u32) {
+    let robot = Robot { linear_min_mps, ..Robot::default() };
+    let task = Task { robot, lidar, shield: ShieldMode::Off, ..Task::default() };
+    let mut controller = boxed(&task, None, always(-9.0));
+    let mut last = (0.0, 0);
+    for seq in 1..=30 {
+        let (scan, odom, goal) = messages(&task, seq, 1);
+        let mut scan = LaserScan { header: scan.header, ..LaserScan::of(&task.lidar, |_| 4.0) };
+        change(&mut scan);
+        let (command, _) = controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        last = (command.linear_mps, command.faults);
+    }
+    last
+}
+
+#[test]
+fn it_reverses_where_the_task_allows_it_and_it_knows_what_is_behind() {
+    let whole = Lidar::default();
+    let three_quarters = Lidar { field_of_view_rad: 4.7, ..whole };
+    let (linear_mps, faults) = driven_back(-0.4, whole, |_| {});
+    assert!((linear_mps + 0.4).abs() < 1e-3 && faults & fault::CLOSED_BEHIND == 0, "{linear_mps}");
+    assert!(driven_back(0.0, whole, |_| {}).0 == 0.0, "a robot that never reverses");
+    for value in [f32::NEG_INFINITY, 0.0, f32::NAN] {
+        // A pillar 20 degrees wide dead behind.
+        let behind = |scan: &mut LaserScan| {
+            scan.ranges_m[..2].fill(value);
+            scan.ranges_m[70..72].fill(value);
+        };
+        let (linear_mps, faults) = driven_back(-0.4, whole, behind);
+        assert!(linear_mps == 0.0 && faults & fault::CLOSED_BEHIND != 0, "{value}: {linear_mps}");
+    }
+    let (linear_mps, faults) = driven_back(-0.4, three_quarters, |_| {});
+    assert!(
+        linear_mps == 0.0 && faults & fault::CLOSED_BEHIND != 0,
+        "where the lidar does not look: {linear_mps}"
+    );
+    let (_, faults) = driven_back(0.0, three_quarters, |_| {});
+    assert!(faults & fault::CLOSED_BEHIND == 0, "of no concern to a robot that never reverses");
 }
 
 /// After a stall the ticks come in a burst: two of them a millisecond apart are not two periods of acceleration.

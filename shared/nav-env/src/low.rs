@@ -127,7 +127,7 @@ impl LowRobot {
         let place = self.places[self.rng.random_range(0..self.places.len())].clone();
         let seed = self.rng.random();
         self.episode.restart(place, seed);
-        self.last_action = [-1.0, 0.0];
+        self.last_action = [self.episode.simulation().task().robot.action_at_rest(), 0.0];
         self.choose_target();
     }
 

@@ -81,7 +81,8 @@ const WISHERS: [Wisher; 4] = [Wisher::Random, Wisher::Moody, Wisher::Ramming, Wi
 
 fn wish(wisher: Wisher, robot: &Robot, beams: &Beams, last: Twist, rng: &mut Rng) -> Twist {
     let (v, w) = (robot.linear_max_mps, robot.angular_max_radps);
-    let mut any = || Twist::new(rng.random_range(-0.2..=1.2) * v, rng.random_range(-1.2..=1.2) * w);
+    let back = (robot.linear_min_mps / v).min(0.0) - 0.2;
+    let mut any = || Twist::new(rng.random_range(back..=1.2) * v, rng.random_range(-1.2..=1.2) * w);
     match wisher {
         Wisher::Random => any(),
         Wisher::Moody => {
@@ -129,7 +130,7 @@ fn drive(seed: u64, task: &Task, with_shield: bool) -> (bool, f32, f32) {
     (false, way_m, nearest_m)
 }
 
-fn robots() -> [Task; 4] {
+fn robots() -> [Task; 5] {
     let robot = |robot: Robot| Task { robot, episode_steps: 10_000, ..Task::default() };
     let own = Robot::default();
     [
@@ -137,6 +138,7 @@ fn robots() -> [Task; 4] {
         robot(Robot { radius_m: 0.35, linear_max_mps: 0.6, linear_acceleration_mps2: 0.8, ..own }),
         robot(Robot { linear_max_mps: 1.5, angular_max_radps: 2.5, ..own }),
         Task { control_period_s: 0.05, ..robot(own) },
+        robot(Robot { linear_min_mps: -0.8, ..own }),
     ]
 }
 

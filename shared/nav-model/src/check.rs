@@ -61,11 +61,12 @@ pub fn lines(model: &Model) -> Vec<String> {
         manifest.action_count
     ));
     lines.push(format!(
-        "ok  task: {} beams over {:.0} degrees to {} m, {} m/s, {} rad/s, radius {} m, every field in range",
+        "ok  task: {} beams over {:.0} degrees to {} m, {} m/s, {} m/s back, {} rad/s, radius {} m, every field in range",
         task.lidar.beam_count,
         task.lidar.field_of_view_rad.to_degrees(),
         task.lidar.range_max_m,
         task.robot.linear_max_mps,
+        task.robot.linear_min_mps.abs(),
         task.robot.angular_max_radps,
         task.robot.radius_m
     ));

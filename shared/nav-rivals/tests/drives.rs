@@ -1,13 +1,16 @@
 //! The rivals drive: every one of the list, and those that follow a path by the localised pose.
 
+use nav_core::geometry::{Point, Pose};
 use nav_core::metrics::EpisodeEnd;
-use nav_core::task::{ShieldMode, Task};
+use nav_core::task::{Robot, ShieldMode, Task};
 use nav_env::robot::SimulatedRobot;
 use nav_env::worlds::Place;
 use nav_rivals::Rival;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split};
 use nav_sim::localiser::Localiser;
+use nav_sim::world::{Bounds, World};
+use std::sync::Arc;
 
 /// How a rival ends in the first validation worlds of a family.
 fn ends(rival: Rival, family: Family, disturbance: &Disturbance, shield: ShieldMode) -> Vec<EpisodeEnd> {
@@ -54,6 +57,31 @@ fn the_safety_gate_costs_a_planner_no_goal() {
             assert_eq!(successes(&ends), ends.len(), "{family}, gate {shield}: {ends:?}");
         }
     }
+}
+
+/// Backwards to a goal that lies close behind it, if it may: turning round takes longer.
+#[test]
+fn the_clairvoyant_reverses_where_that_is_faster() {
+    let time_s = |linear_min_mps| {
+        let task = Task { robot: Robot { linear_min_mps, ..Robot::default() }, ..Task::default() };
+        let world = World {
+            name: "behind".into(),
+            bounds: Bounds { min: Point::origin(), max: Point::new(6.0, 4.0) },
+            discs: Vec::new(),
+            segments: Vec::new(),
+            polygons: Vec::new(),
+            people: Vec::new(),
+            start: Pose::new(4.0, 2.0, 0.0),
+            goal: Point::new(2.5, 2.0),
+        };
+        let place = Place::read("behind", Arc::new(world), 1, task.robot.radius_m);
+        let mut robot = SimulatedRobot::new(&task, &Disturbance::none());
+        let metrics = robot.drive(&mut *Rival::Clairvoyant.driver(&task), &place, false).metrics;
+        assert_eq!(metrics.end, EpisodeEnd::Success);
+        metrics.time_s
+    };
+    let (round_s, back_s) = (time_s(0.0), time_s(-1.0));
+    assert!(back_s < 3.0 && round_s > back_s + 0.8, "{round_s} s round, {back_s} s back");
 }
 
 /// Wherever people walk, whoever knows where they will be gets through: the worlds are fair.

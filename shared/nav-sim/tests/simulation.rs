@@ -64,6 +64,27 @@ fn the_same_seed_gives_the_same_bits() {
 }
 
 #[test]
+fn only_a_robot_that_may_drives_backwards() {
+    for linear_min_mps in [0.0, -0.5] {
+        let robot = Robot { linear_min_mps, ..Robot::default() };
+        let task = Task { robot, ..Task::default() };
+        let mut simulation = Simulation::new(Arc::new(common::room(10.0)), &task, &Disturbance::none(), 1);
+        let start = simulation.pose();
+        for _ in 0..10 {
+            simulation.step(Twist { linear_mps: -9.0, angular_radps: 0.0 });
+        }
+        assert!((simulation.velocity().linear_mps - linear_min_mps).abs() < 1e-5);
+        let back_m = -start.local_from_parent(simulation.pose().position()).x;
+        // Less than a second at that speed: 0.25 s of braking distance are lost on the way to it.
+        assert!(
+            back_m <= -linear_min_mps && back_m >= -0.8 * linear_min_mps,
+            "{back_m} m at {linear_min_mps}"
+        );
+        assert!(simulation.odometry().linear_mps <= 0.0);
+    }
+}
+
+#[test]
 fn sensor_noise_does_not_change_what_people_do() {
     let noisy = Disturbance { range_noise_m: [0.05; 2], dropout: [0.3; 2], ..Disturbance::none() };
     let (mut a, mut b) =

@@ -29,7 +29,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
          | commit | {} |\n\
          | training | {} steps, {} updates, {:.0} s |\n\
          | families | {} |\n\
-         | robot | radius {} m, up to {} m/s and {} rad/s |\n\
+         | robot | radius {} m, up to {} m/s, {} m/s back and {} rad/s |\n\
          | lidar | {} beams, {:.0} degrees, {} m |\n\
          | control period | {} s |\n\
          | deviation margin | {} |\n\n\
@@ -47,6 +47,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
         families.join(", "),
         policy.task.robot.radius_m,
         policy.task.robot.linear_max_mps,
+        policy.task.robot.linear_min_mps.abs(),
         policy.task.robot.angular_max_radps,
         policy.task.lidar.beam_count,
         policy.task.lidar.field_of_view_rad.to_degrees(),

@@ -29,6 +29,8 @@ pub const STALE_GOAL: u32 = 1 << 10;
 pub const CLOSED_AHEAD: u32 = 1 << 11;
 /// The safety gate let another command through than was wished.
 pub const SHIELDED: u32 = 1 << 12;
+/// As [`CLOSED_AHEAD`] of what is behind a robot that reverses.
+pub const CLOSED_BEHIND: u32 = 1 << 13;
 
 /// Bits that only say that a message is yet to come.
 pub const MISSING: u32 = STALE_SCAN | STALE_ODOM | NO_GOAL | STALE_GOAL;
@@ -36,7 +38,7 @@ pub const MISSING: u32 = STALE_SCAN | STALE_ODOM | NO_GOAL | STALE_GOAL;
 pub const STOPPING: u32 = MISSING | NON_FINITE | BAD_SCAN | BAD_CLOCK | BAD_INPUT | BAD_ODOM;
 
 /// Names for people, bit by bit.
-pub const NAMES: [&str; 13] = [
+pub const NAMES: [&str; 14] = [
     "stale scan",
     "stale odometry",
     "no goal",
@@ -50,6 +52,7 @@ pub const NAMES: [&str; 13] = [
     "stale goal",
     "no way ahead",
     "shield acts",
+    "no way back",
 ];
 
 /// Prints the names of these bits, or `ok` when there are none.
@@ -96,6 +99,7 @@ mod tests {
             (STALE_GOAL, "stale goal"),
             (CLOSED_AHEAD, "no way ahead"),
             (SHIELDED, "shield acts"),
+            (CLOSED_BEHIND, "no way back"),
         ];
         assert_eq!(bits.len(), NAMES.len());
         for (bit, name) in bits {

@@ -160,12 +160,16 @@ fn what_nobody_knows_is_not_free() {
         seen(&task, &scan)
     };
     let ahead = view(&|angle| angle.abs() < 0.175);
-    assert!(ahead.is_closed_ahead() && ahead.corridor_m(1.0, 0.0, 0.25, 5.0) == 0.0);
+    assert!(
+        !ahead.is_closed_behind() && ahead.is_closed_ahead() && ahead.corridor_m(1.0, 0.0, 0.25, 5.0) == 0.0
+    );
     assert!(ahead.corridor_m(-1.0, 0.0, 0.25, 5.0) > 3.0);
     // Two wedges of 40 degrees with one beam between.
     let wedges = view(&|angle| angle.abs() < 0.74 && angle.abs() > 0.04);
     assert!(wedges.is_closed_ahead());
-    assert!(!view(&|angle| angle.abs() > 2.7).is_closed_ahead(), "behind it does not matter");
+    let behind = view(&|angle| angle.abs() > 2.7);
+    assert!(!behind.is_closed_ahead(), "behind it does not matter");
+    assert!(behind.is_closed_behind(), "but for driving backwards");
     assert!(!view(&|angle| libm::sinf(angle * 100.0) > 0.8).is_closed_ahead(), "scattered failures");
 }
 

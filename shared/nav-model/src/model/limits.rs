@@ -6,13 +6,16 @@ use std::path::{Path, PathBuf};
 
 /// The largest file of limits that is read, bytes.
 const MAX_BYTES: u64 = 64 << 10;
+/// The one limit that a model goes beyond downwards.
+const LINEAR_MIN: &str = "linear_min_mps";
 
 /// Limits of a robot, from a TOML file; what is left out is not limited.
 ///
 /// ```toml
 /// [robot]
 /// radius_m = 0.2                      # of the real footprint: a policy trained for a smaller one is refused
-/// linear_max_mps = 0.5
+/// linear_max_mps = 0.5                # also backwards, if linear_min_mps says nothing
+/// linear_min_mps = 0.0                # backwards, as a negative number; 0 forbids it
 /// angular_max_radps = 1.0
 /// linear_acceleration_mps2 = 1.0
 /// angular_acceleration_radps2 = 2.0
@@ -30,6 +33,7 @@ pub struct OwnerLimits {
 struct RobotLimits {
     radius_m: Option<f32>,
     linear_max_mps: Option<f32>,
+    linear_min_mps: Option<f32>,
     angular_max_radps: Option<f32>,
     linear_acceleration_mps2: Option<f32>,
     angular_acceleration_radps2: Option<f32>,
@@ -48,8 +52,9 @@ pub enum LimitsError {
     },
     /// The model asks for more.
     #[error(
-        "the model asks for {field} = {asked}, {} allows {allowed} at most: train for this robot, or change the limit",
-        path.display()
+        "the model asks for {field} = {asked}, {} allows {allowed} at {}: train for this robot, or change the limit",
+        path.display(),
+        if *field == LINEAR_MIN { "least" } else { "most" }
     )]
     Beyond {
         /// Which limit.
@@ -81,7 +86,7 @@ impl OwnerLimits {
     /// Reads a file of limits.
     ///
     /// # Errors
-    /// A file that cannot be read, unknown fields, or numbers that are not positive.
+    /// A file that cannot be read, unknown fields, or numbers of the wrong sign.
     pub fn read(path: &Path) -> Result<Self, LimitsError> {
         let unreadable = |problem| LimitsError::Unreadable { path: path.to_path_buf(), problem };
         let file = crate::load::read_file(path, MAX_BYTES).map_err(|error| unreadable(error.to_string()))?;
@@ -92,8 +97,15 @@ impl OwnerLimits {
         if given.is_empty() {
             return Err(unreadable("it limits nothing".to_owned()));
         }
-        if let Some((name, value)) = given.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
-            return Err(unreadable(format!("robot.{name} is {value}, it must be a positive number")));
+        for (name, value) in given {
+            let (is_fine, wanted) = if name == LINEAR_MIN {
+                (value <= 0.0, "0 or a negative number")
+            } else {
+                (value > 0.0, "a positive number")
+            };
+            if !(is_fine && value.is_finite()) {
+                return Err(unreadable(format!("robot.{name} is {value}, it must be {wanted}")));
+            }
         }
         Ok(Self { path: path.to_path_buf(), ..limits })
     }
@@ -108,12 +120,15 @@ impl OwnerLimits {
         }
         let of_model = [
             asked.linear_max_mps,
+            asked.linear_min_mps,
             asked.angular_max_radps,
             asked.linear_acceleration_mps2,
             asked.angular_acceleration_radps2,
         ];
         for ((field, allowed), asked) in self.robot.fields().into_iter().skip(1).zip(of_model) {
-            if let Some(allowed) = allowed.filter(|allowed| asked > *allowed) {
+            let is_beyond =
+                |allowed: &f32| if field == LINEAR_MIN { asked < *allowed } else { asked > *allowed };
+            if let Some(allowed) = allowed.filter(is_beyond) {
                 return Err(LimitsError::Beyond { field, asked, allowed, path: self.path.clone() });
             }
         }
@@ -123,10 +138,11 @@ impl OwnerLimits {
 
 impl RobotLimits {
     /// Names and values, the radius first.
-    fn fields(&self) -> [(&'static str, Option<f32>); 5] {
+    fn fields(&self) -> [(&'static str, Option<f32>); 6] {
         [
             ("radius_m", self.radius_m),
             ("linear_max_mps", self.linear_max_mps),
+            (LINEAR_MIN, self.linear_min_mps),
             ("angular_max_radps", self.angular_max_radps),
             ("linear_acceleration_mps2", self.linear_acceleration_mps2),
             ("angular_acceleration_radps2", self.angular_acceleration_radps2),
@@ -163,11 +179,27 @@ mod tests {
     }
 
     #[test]
+    fn a_model_that_reverses_faster_than_allowed_is_refused() {
+        let robot = Robot { linear_min_mps: -0.5, ..Robot::default() };
+        let check = |text: &str| read(text).expect("fine limits").check(&robot);
+        assert!(check("[robot]\nlinear_min_mps = -0.5").is_ok(), "exactly what is allowed");
+        for (text, parts) in [
+            ("[robot]\nlinear_min_mps = -0.2", ["linear_min_mps = -0.5", "allows -0.2 at least"]),
+            ("[robot]\nlinear_min_mps = 0", ["linear_min_mps = -0.5", "allows 0 at least"]),
+        ] {
+            let error = check(text).expect_err(text).to_string();
+            assert!(parts.iter().all(|part| error.contains(part)), "{parts:?} in {error}");
+        }
+    }
+
+    #[test]
     fn limits_that_are_none_are_refused() {
         for (text, part) in [
             ("[robot]", "limits nothing"),
             ("[robot]\nlinear_max_mps = -1", "positive"),
             ("[robot]\nlinear_max_mps = nan", "positive"),
+            ("[robot]\nlinear_min_mps = 0.1", "0 or a negative number"),
+            ("[robot]\nlinear_min_mps = nan", "0 or a negative number"),
             ("[robot]\nspeed = 1", "unknown field"),
             ("robot", "cannot be read"),
         ] {

@@ -16,7 +16,7 @@ use super::future::Future;
 
 /// A command is held so long, s.
 const HOLD_S: f32 = 0.3;
-/// Commands, as shares of the fastest.
+/// Commands, as shares of the fastest; and backwards as fast as the robot may.
 const SPEEDS: [f32; 3] = [1.0, 0.5, 0.0];
 const TURNS: [f32; 5] = [0.0, 0.5, -0.5, 1.0, -1.0];
 /// Two places are of one kind in the same square of this side, m, and with alike directions, speeds and turning rates:
@@ -135,8 +135,10 @@ impl<'a> Search<'a> {
 
     fn commands(&self) -> impl Iterator<Item = Twist> {
         let robot = self.truth.task().robot;
-        SPEEDS.into_iter().flat_map(move |speed| {
-            TURNS.map(|turn| Twist::new(speed * robot.linear_max_mps, turn * robot.angular_max_radps))
+        let forward = SPEEDS.map(|speed| speed * robot.linear_max_mps);
+        let backwards = robot.reverses().then_some(robot.linear_min_mps);
+        forward.into_iter().chain(backwards).flat_map(move |linear_mps| {
+            TURNS.map(|turn| Twist::new(linear_mps, turn * robot.angular_max_radps))
         })
     }
 
@@ -170,7 +172,7 @@ impl<'a> Search<'a> {
     /// What the rest seems to take after so many steps, s: the way, with what turning towards it costs and speed saves.
     fn rest_s(&self, base: &Base, step: usize) -> f32 {
         let robot = &self.truth.task().robot;
-        let (pose, speed_mps) = (base.pose(), base.velocity().linear_mps);
+        let (pose, speed_mps) = (base.pose(), base.velocity().linear_mps.max(0.0));
         let Some(here_s) = self.way_s(pose.position(), step) else {
             // Nearer to an obstacle than ways keep: not far from one, but none to prefer.
             return LOST_S + (self.truth.world().goal - pose.position()).norm() / robot.linear_max_mps;
