@@ -115,8 +115,10 @@ Examples:
 Exit status: 0 when all was driven, 1 on an error, 130 or 143 after Ctrl-C or SIGTERM.")]
 pub struct EvaluateArgs {
     /// What drives, and what tables call it; any number of times. A POLICY is the folder of an exported model or of a
-    /// finished run; flat:FOLDER is the low level of one alone, straight at the goal; astar and dijkstra know the
-    /// static map, reactive the newest scan, and clairvoyant the future: no robot, but what is possible (these need no
+    /// finished run; flat:FOLDER is the low level of one alone, straight at the goal; informed:FOLDER and
+    /// informed-flat:FOLDER are the same two with a safety gate that is told the true places and velocities of all
+    /// people within the lidar's range, seen or not; astar and dijkstra know the static map, reactive the newest scan,
+    /// and clairvoyant the future (informed and clairvoyant are no robots, but say what is possible; these need no
     /// LABEL; a folder of such a name is ./astar)
     #[arg(long = "policy", value_name = "[LABEL=]POLICY")]
     pub policies: Vec<PolicyArg>,

@@ -26,6 +26,9 @@ const RIVALS: [&str; 11] = [
     "eval",
 ];
 
+/// The shipped model, with its safety gate told who moves.
+const INFORMED: &str = concat!("informed:", env!("CARGO_MANIFEST_DIR"), "/../models");
+
 fn evaluate(folder: &Path, arguments: &[&str], more: &[&str]) -> Output {
     let mut command = Command::new(TRAINER);
     let command = command.current_dir(folder).args(arguments).args(more);
@@ -230,6 +233,7 @@ fn wrong_inputs_are_refused_before_anything_is_driven() {
         (&["--policy", "astar"], "twice"),
         (&["--policy", "runs/1"], "give it a name"),
         (&["--policy", "mine=runs/1"], "no model in runs/1"),
+        (&["--policy", INFORMED, "--shield", "off"], "leave out --shield off"),
         (&["--policy", "x/y=reactive"], "label"),
         (&["--families", "maze,maze"], "twice"),
         (&["--families", "moon"], "moon"),

@@ -2,8 +2,8 @@
 //!
 //! Reading order: [`worlds`] (where they drive); to learn, [`episode`] (one robot in one world, step by step), [`low`]
 //! and [`high`] (what each level learns from); to be judged, [`messages`] and [`episode_loop`] (the one loop of an
-//! episode) within [`limits`], [`robot`] (with a controller in the same process), [`other_lidar`] (for its scans), [`batch`]
-//! (many of them), [`rows`] and [`summary`] (what is kept of them). [`seeds`] keeps random streams apart.
+//! episode) within [`limits`], [`robot`] (with a controller in the same process), [`informed`] (one that is told who moves),
+//! [`other_lidar`] (for its scans), [`batch`] (many of them), [`rows`] and [`summary`] (what is kept of them). [`seeds`] keeps random streams apart.
 
 pub mod seeds;
 pub mod worlds;
@@ -17,6 +17,7 @@ pub mod episode_loop;
 pub mod limits;
 pub mod other_lidar;
 pub mod robot;
+pub mod informed;
 pub mod batch;
 pub mod rows;
 pub mod summary;

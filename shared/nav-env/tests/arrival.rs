@@ -1,14 +1,14 @@
 //! What a robot in training is paid for is the truth: where odometry drifts away, it arrives in its belief only.
 
+mod common;
+
+use common::homing;
 use nav_core::controller::Controller;
 use nav_core::geometry::{Point, Pose};
 use nav_core::metrics::EpisodeEnd;
-use nav_core::network::{Activation, CpuLevel, Layer, MlpSpec, MlpWeights, Network};
-use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
+use nav_core::observation::LOW_ACTION;
 use nav_core::reward::{HighReward, LowReward, decomposed};
-use nav_core::scan::SECTOR_COUNT;
 use nav_core::task::{ACTION_GOAL, Task};
-use nav_env::ActingNetwork;
 use nav_env::high::{HighRobot, HighRobotConfig};
 use nav_env::low::{Attempt, LowRobot, LowRobotConfig};
 use nav_env::robot::SimulatedRobot;
@@ -37,19 +37,6 @@ fn hall() -> Arc<Vec<Place>> {
 /// Odometry that is off by a fifth of the distance, more than the goal's radius.
 fn drifting(localiser: Localiser) -> Disturbance {
     Disturbance { odometry_drift: [0.2; 2], localiser, ..Disturbance::none() }
-}
-
-/// A low level that drives straight at its target: fast when it lies ahead, and turning towards it.
-fn homing() -> ActingNetwork {
-    let mut weights = vec![0.0; LOW_ACTION * LOW_OBSERVATION];
-    let (sin, cos) = (2 * SECTOR_COUNT + 2, 2 * SECTOR_COUNT + 3);
-    weights[cos] = 2.0;
-    weights[LOW_OBSERVATION + sin] = 2.0;
-    let layers = [Layer { weights: &weights, bias: &[-0.5, 0.0] }];
-    let level = CpuLevel::detect();
-    let shape = MlpSpec::new(&[LOW_OBSERVATION, LOW_ACTION]).expect("two sizes").output(Activation::Tanh);
-    let spec = shape.spec(&MlpWeights::new(&layers)).expect("the weights fit");
-    Network::new(&spec, vec![0.0; spec.memory_len(level)], level).expect("a small network")
 }
 
 /// How the attempts at the goal of 3,000 steps end, with their last rewards.

@@ -96,6 +96,13 @@ impl Plan {
             .iter()
             .map(|arg| NamedPolicy::read(arg).with_context(|| format!("the policy {}", arg.label)))
             .collect::<Result<_>>()?;
+        if let Some(told) = policies.iter().find(|policy| policy.is_informed()) {
+            ensure!(
+                args.shield != Some(ShieldMode::Off),
+                "the policy {}: without the safety gate there is nobody to tell who moves: leave out --shield off",
+                told.label
+            );
+        }
         let task = shared_task(&policies, &limits)?;
         let folder = args.world_files.as_deref();
         let scenes = Scenes::read(&families, args.split, args.worlds, folder, task.robot.radius_m)?;
@@ -138,8 +145,8 @@ impl Plan {
 
     /// The safety gate of a policy.
     pub fn shield_of(&self, policy: &NamedPolicy) -> ShieldMode {
-        let own = policy.learned.as_ref().map_or(ShieldMode::On, |learned| learned.task.shield);
-        self.shield.unwrap_or(own)
+        let learned = policy.learned.as_ref().filter(|learned| !learned.is_informed);
+        self.shield.unwrap_or(learned.map_or(ShieldMode::On, |learned| learned.task.shield))
     }
 
     /// The picture files of a policy.

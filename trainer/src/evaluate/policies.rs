@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 use nav_core::controller::Controller;
 use nav_core::manifest::MANIFEST_FILE;
 use nav_core::task::{ShieldMode, Task};
+use nav_env::informed::Informed;
 use nav_env::robot::Driver;
 use nav_host::sha256::sha256_hex;
 use nav_model::model::Model;
@@ -14,9 +15,6 @@ use std::str::FromStr;
 
 use crate::train::policy::Policy;
 use crate::train::run_folder::RunFolder;
-
-/// Before a folder: its low level alone, straight at the goal.
-const FLAT: &str = "flat:";
 
 /// `[LABEL=]POLICY`, as typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,11 +29,44 @@ pub struct PolicyArg {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The folder of an exported model or of a finished run.
-    Folder(PathBuf),
-    /// Of such a folder the low level alone, straight at the goal.
-    Flat(PathBuf),
+    Folder(Way, PathBuf),
     /// A classical one.
     Rival(Rival),
+}
+
+/// What of a learned policy drives, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// As it is.
+    Whole,
+    /// Its low level alone, straight at the goal.
+    Flat,
+    /// As it is, with its safety gate told who moves: a ceiling.
+    Informed,
+    /// Its low level alone, and told.
+    InformedFlat,
+}
+
+impl Way {
+    const ALL: [Self; 4] = [Self::Flat, Self::Informed, Self::InformedFlat, Self::Whole];
+
+    /// What stands before the folder.
+    const fn prefix(self) -> &'static str {
+        match self {
+            Self::Whole => "",
+            Self::Flat => "flat:",
+            Self::Informed => "informed:",
+            Self::InformedFlat => "informed-flat:",
+        }
+    }
+
+    const fn is_flat(self) -> bool {
+        matches!(self, Self::Flat | Self::InformedFlat)
+    }
+
+    const fn is_informed(self) -> bool {
+        matches!(self, Self::Informed | Self::InformedFlat)
+    }
 }
 
 impl FromStr for PolicyArg {
@@ -46,15 +77,15 @@ impl FromStr for PolicyArg {
             Some((label, policy)) => (Some(label), policy),
             None => (None, text),
         };
-        let source = match (Rival::named(policy), policy.strip_prefix(FLAT)) {
-            (Some(rival), _) => Source::Rival(rival),
-            (None, Some(folder)) => Source::Flat(folder.into()),
-            (None, None) => Source::Folder(policy.into()),
-        };
+        let folder = |way: Way| Some(Source::Folder(way, policy.strip_prefix(way.prefix())?.into()));
+        let source =
+            Rival::named(policy).map(Source::Rival).or_else(|| Way::ALL.into_iter().find_map(folder));
+        let Some(source) = source else { return Err("it is no policy".to_owned()) };
         let label = match (label, &source) {
             (Some(label), _) => label,
             (None, Source::Rival(rival)) => rival.id(),
-            (None, _) => return Err(format!("give it a name, as in mine={text}")),
+            (None, Source::Folder(way, _)) if way.is_informed() => way.prefix().trim_end_matches(':'),
+            (None, Source::Folder(..)) => return Err(format!("give it a name, as in mine={text}")),
         };
         // It names files, too.
         let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-.+".contains(letter);
@@ -69,8 +100,8 @@ impl PolicyArg {
     /// What a model is usually compared with: its own low level straight at the goal, and every rival.
     pub fn usual(model: &Path) -> Vec<Self> {
         let own = [
-            Self { label: "hybrid".to_owned(), source: Source::Folder(model.to_path_buf()) },
-            Self { label: "td3".to_owned(), source: Source::Flat(model.to_path_buf()) },
+            Self { label: "hybrid".to_owned(), source: Source::Folder(Way::Whole, model.to_path_buf()) },
+            Self { label: "td3".to_owned(), source: Source::Folder(Way::Flat, model.to_path_buf()) },
         ];
         let rivals =
             Rival::ALL.map(|rival| Self { label: rival.id().to_owned(), source: Source::Rival(rival) });
@@ -103,6 +134,8 @@ pub struct Learned {
     pub task: Task,
     /// Whether its low level drives alone.
     pub is_flat: bool,
+    /// Whether its safety gate is told who moves.
+    pub is_informed: bool,
 }
 
 #[derive(Debug)]
@@ -119,7 +152,7 @@ impl NamedPolicy {
     /// A folder that holds neither a model nor a finished run, or one that is damaged.
     pub fn read(arg: &PolicyArg) -> Result<Self> {
         let label = arg.label.clone();
-        let (folder, is_flat) = match &arg.source {
+        let (folder, way) = match &arg.source {
             Source::Rival(rival) => {
                 return Ok(Self {
                     label,
@@ -128,10 +161,10 @@ impl NamedPolicy {
                     kind: Kind::Rival(*rival),
                 });
             }
-            Source::Folder(folder) => (folder, false),
-            Source::Flat(folder) => (folder, true),
+            Source::Folder(way, folder) => (folder, way),
         };
-        let run = format!("{}{}", if is_flat { FLAT } else { "" }, folder.display());
+        let (is_flat, is_informed) = (way.is_flat(), way.is_informed());
+        let run = format!("{}{}", way.prefix(), folder.display());
         let (kind, learned) = match RunFolder::open(folder) {
             Ok(run) => {
                 let policy = run.policy()?;
@@ -142,6 +175,7 @@ impl NamedPolicy {
                     sha256: sha256_hex(&bytes),
                     task: policy.task,
                     is_flat: is_flat || policy.scorer.is_none(),
+                    is_informed,
                 };
                 (Kind::Trained(Box::new(policy)), learned)
             }
@@ -157,6 +191,7 @@ impl NamedPolicy {
                     sha256: sha256_hex(&bytes),
                     task: manifest.task,
                     is_flat: is_flat || model.dqn().is_none(),
+                    is_informed,
                 };
                 (Kind::Exported(folder.clone()), learned)
             }
@@ -172,24 +207,29 @@ impl NamedPolicy {
         let is_flat = self.learned.as_ref().is_some_and(|learned| learned.is_flat);
         Ok(match &self.kind {
             Kind::Exported(folder) if is_flat => {
-                with_shield(Model::read(folder)?.into_flat_controller()?, shield)
+                self.driven(Model::read(folder)?.into_flat_controller()?, shield)
             }
-            Kind::Exported(folder) => with_shield(Model::read(folder)?.into_controller()?, shield),
-            Kind::Trained(policy) if is_flat => with_shield(policy.flat_controller()?, shield),
+            Kind::Exported(folder) => self.driven(Model::read(folder)?.into_controller()?, shield),
+            Kind::Trained(policy) if is_flat => self.driven(policy.flat_controller()?, shield),
             Kind::Trained(policy) => {
-                with_shield(Controller::new(&policy.task, policy.high()?, policy.low()?)?, shield)
+                self.driven(Controller::new(&policy.task, policy.high()?, policy.low()?)?, shield)
             }
             Kind::Rival(rival) => rival.driver(&Task { shield, ..*task }),
         })
     }
-}
 
-fn with_shield<S>(mut controller: Controller<S>, shield: ShieldMode) -> Box<dyn Driver + Send>
-where
-    S: AsRef<[f32]> + AsMut<[f32]> + Send + 'static,
-{
-    controller.set_shield(shield);
-    Box::new(controller)
+    /// Whether its safety gate is told who moves.
+    pub fn is_informed(&self) -> bool {
+        self.learned.as_ref().is_some_and(|learned| learned.is_informed)
+    }
+
+    fn driven<S>(&self, mut controller: Controller<S>, shield: ShieldMode) -> Box<dyn Driver + Send>
+    where
+        S: AsRef<[f32]> + AsMut<[f32]> + Send + 'static,
+    {
+        controller.set_shield(shield);
+        if self.is_informed() { Box::new(Informed(controller)) } else { Box::new(controller) }
+    }
 }
 
 #[cfg(test)]
@@ -199,9 +239,13 @@ mod tests {
     #[test]
     fn a_policy_is_a_folder_the_low_level_of_one_or_a_rival() {
         let parse = |text: &str| text.parse::<PolicyArg>().map(|arg| (arg.label, arg.source));
-        let folder = |path: &str| Source::Folder(path.into());
+        let folder = |path: &str| Source::Folder(Way::Whole, path.into());
+        let special = |label: &str, way| Ok((label.to_owned(), Source::Folder(way, "models".into())));
         assert_eq!(parse("mine=runs/7"), Ok(("mine".into(), folder("runs/7"))));
-        assert_eq!(parse("td3=flat:models"), Ok(("td3".into(), Source::Flat("models".into()))));
+        assert_eq!(parse("td3=flat:models"), special("td3", Way::Flat));
+        assert_eq!(parse("told=informed:models"), special("told", Way::Informed));
+        assert_eq!(parse("informed:models"), special("informed", Way::Informed));
+        assert_eq!(parse("informed-flat:models"), special("informed-flat", Way::InformedFlat));
         assert_eq!(parse("astar"), Ok(("astar".into(), Source::Rival(Rival::Astar))));
         assert_eq!(parse("upper=astar"), Ok(("upper".into(), Source::Rival(Rival::Astar))));
         assert_eq!(parse("mine=./astar"), Ok(("mine".into(), folder("./astar"))));
