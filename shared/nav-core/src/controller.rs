@@ -235,6 +235,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Controller<S> {
     pub fn set_shield(&mut self, mode: ShieldMode) {
         self.task.shield = mode;
         self.shielding.switch(mode);
+        self.navigator.set_shield(mode);
     }
 
     /// The navigator, for pictures and records.

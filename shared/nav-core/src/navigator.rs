@@ -21,7 +21,7 @@ use crate::observation::{
 use crate::optimistic::OptimisticGeodesic;
 use crate::scan::{Misfit, SECTOR_COUNT, ScanGeometry, ScanReader, ScanView};
 use crate::subgoal::Candidates;
-use crate::task::{ACTION_GOAL, DIRECTION_COUNT, Memory, Task};
+use crate::task::{ACTION_GOAL, DIRECTION_COUNT, Memory, ShieldMode, Task};
 use crate::twist::Twist;
 
 /// The map takes every second scan.
@@ -149,6 +149,11 @@ impl Navigator {
     /// Why it cannot.
     pub fn inspect_scan(&mut self, scan: &LaserScan) -> Result<(), Misfit> {
         self.reader.inspect(scan)
+    }
+
+    /// See [`ScanReader::set_shield`].
+    pub fn set_shield(&mut self, mode: ShieldMode) {
+        self.reader.set_shield(mode);
     }
 
     /// See [`ScanReader::set_no_return_m`].

@@ -395,3 +395,22 @@ fn an_open_place_is_no_dark_lidar_for_a_robot_that_was_set_down_there() {
         assert_eq!(faults & fault::BAD_SCAN != 0, stops, "{x_m} m away, goal {id}");
     }
 }
+
+/// Switching the gate changes what the policy sees of another lidar, as if the task had said so.
+#[test]
+fn the_switch_of_the_gate_reaches_the_eyes() {
+    let task = Task::default();
+    let narrow = |controller: &mut Controller<Vec<f32>>| {
+        let (scan, odom, goal) = messages(&task, 1, 1);
+        let fine = Task { lidar: Lidar { beam_count: 720, ..task.lidar }, ..task };
+        let scan = LaserScan { header: scan.header, ..LaserScan::of(&fine.lidar, |angle| 2.0 + angle.abs()) };
+        controller.tick(PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        controller.navigator().scan().rays().iter().map(|ray| ray.2).sum::<f32>()
+    };
+    let off = narrow(&mut controller(&Task { shield: ShieldMode::Off, ..task }));
+    let on = narrow(&mut controller(&task));
+    assert!(off < on - 0.5, "{off} {on}");
+    let mut switched = controller(&task);
+    switched.set_shield(ShieldMode::Off);
+    assert!((narrow(&mut switched) - off).abs() < 1e-4);
+}

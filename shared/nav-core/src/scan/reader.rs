@@ -1,7 +1,10 @@
 //! From a scan of any lidar to the beams that the policy was trained with.
 //!
-//! Each trained beam takes the nearest thing that was measured within its own width. In a coarser scan a measured beam
-//! stands for its own step. What nobody measured is unknown. The trained lidar's own scans pass unchanged.
+//! Without the safety gate each trained beam takes the nearest thing that was measured within its own width; in a coarser
+//! scan a measured beam stands for its own step. That makes gaps narrower than the policy is used to. Behind the gate, which
+//! looks at every beam itself, a trained beam takes what was measured in its own direction, as the trained lidar would, and
+//! besides only what is so small that the trained lidar would have missed it. What nobody measured is unknown. The trained
+//! lidar's own scans pass unchanged.
 //!
 //! What a range means is said in `ranges.rs`.
 
@@ -11,7 +14,7 @@ use super::ranges::meaning_m;
 use super::recall::Recall;
 use crate::geometry::{Pose, wrap_angle};
 use crate::messages::{LaserScan, MAX_BEAMS};
-use crate::task::Task;
+use crate::task::{ShieldMode, Task};
 
 /// Share of beams that must have measured before a scan may be driven on.
 const MEASURED_SHARE_MIN: f32 = 0.75;
@@ -19,6 +22,10 @@ const MEASURED_SHARE_MIN: f32 = 0.75;
 const UNSEEN_MAX_RAD: f32 = 0.175;
 /// What is too near to be measured may begin so far outside the robot, m.
 const MINIMUM_BEYOND_M: f32 = 0.3;
+/// What is nearer than all around it by more than this is small, m.
+const SMALL_M: f32 = 0.25;
+/// Directions that differ by less than this share of a trained beam's width are as near to it.
+const SAME_SHARE: f32 = 0.02;
 /// So many good scans in a row end a fault of the scan.
 const SETTLED_SCANS: u32 = 5;
 /// Where something stood within this share of the range, scans that hit nothing at all...
@@ -37,9 +44,13 @@ pub struct ScanReader {
     first: [u16; MAX_BEAMS],
     /// ...and how many, counter-clockwise.
     count: [u16; MAX_BEAMS],
+    /// The measured beam nearest to each trained one's direction; twice the same, or one to either side as near.
+    nearest: [[u16; 2]; MAX_BEAMS],
     /// Trained beams that no measured beam looks into.
     unseen: usize,
     beams_m: [f32; MAX_BEAMS],
+    /// What was measured in each trained beam's direction, m.
+    straight_m: [f32; MAX_BEAMS],
     recall: Recall,
     last_seq: u64,
     /// Good scans in a row since the last bad one.
@@ -57,8 +68,10 @@ impl ScanReader {
             layout: (0, 0, 0),
             first: [0; MAX_BEAMS],
             count: [0; MAX_BEAMS],
+            nearest: [[0; 2]; MAX_BEAMS],
             unseen: 0,
             beams_m: [f32::NAN; MAX_BEAMS],
+            straight_m: [f32::NAN; MAX_BEAMS],
             recall: Recall::new(&task.lidar),
             last_seq: 0,
             good_scans: SETTLED_SCANS,
@@ -69,6 +82,11 @@ impl ScanReader {
     /// A finite range from which on the driver means that nothing was hit, m. Infinite at first.
     pub fn set_no_return_m(&mut self, no_return_m: f32) {
         self.no_return_m = no_return_m;
+    }
+
+    /// Whether the policy is driven behind the safety gate. At first as the task says.
+    pub fn set_shield(&mut self, mode: ShieldMode) {
+        self.task.shield = mode;
     }
 
     /// Why this scan may not be driven on, if it may not; asked once a tick, before [`Self::read`].
@@ -167,7 +185,7 @@ impl ScanReader {
             ((lidar.beam_count as usize).min(MAX_BEAMS) as i32, lidar.angle_increment_rad());
         // A thousandth more, so that what lies on a border belongs to both sides whatever the rounding.
         let half = 0.501 * (scan.angle_increment_rad.abs() / width_rad).max(1.0);
-        let mut is_seen = [false; MAX_BEAMS];
+        let mut away = [f32::INFINITY; MAX_BEAMS];
         for beam in 0..scan.ranges_m().len() {
             let angle_rad = wrap_angle(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
             let place = (angle_rad - lidar.angle_min_rad()) / width_rad;
@@ -181,10 +199,16 @@ impl ScanReader {
             self.first[beam] = low.rem_euclid(trained) as u16;
             self.count[beam] = count as u16;
             for step in 0..count {
-                is_seen[(low + step).rem_euclid(trained) as usize] = true;
+                let at = (low + step).rem_euclid(trained) as usize;
+                let beam_away = (place - (low + step) as f32).abs();
+                if beam_away < away[at] - SAME_SHARE {
+                    (away[at], self.nearest[at]) = (beam_away, [beam as u16; 2]);
+                } else if beam_away < away[at] + SAME_SHARE {
+                    self.nearest[at][1] = beam as u16;
+                }
             }
         }
-        self.unseen = is_seen[..trained as usize].iter().filter(|seen| !**seen).count();
+        self.unseen = away[..trained as usize].iter().filter(|away| away.is_infinite()).count();
     }
 
     /// The trained beams of a scan that was [inspected](Self::inspect), m, as `ranges.rs` says; what failed is taken
@@ -202,8 +226,30 @@ impl ScanReader {
                 at = if at + 1 == trained { 0 } else { at + 1 };
             }
         }
+        if self.task.shield == ShieldMode::On {
+            self.straighten(scan, trained);
+        }
         self.recall.complete(&mut self.beams_m[..trained], scan.header.stamp_ns, pose);
         &self.beams_m[..trained]
+    }
+
+    /// Leaves what was measured in each beam's own direction, and things that are small.
+    fn straighten(&mut self, scan: &LaserScan, trained: usize) {
+        for at in 0..trained {
+            let [one, other] =
+                self.nearest[at].map(|beam| self.meaning_m(scan, scan.ranges_m[usize::from(beam)]));
+            // Where two are as near, what lies between them is open, and what failed does not count.
+            let straight_m = one.max(other);
+            self.straight_m[at] = if straight_m.is_nan() { self.beams_m[at] } else { straight_m };
+        }
+        for at in 0..trained {
+            let beside = [(at + trained - 1) % trained, at, (at + 1) % trained];
+            let around_m = beside.into_iter().fold(f32::INFINITY, |m: f32, at| m.min(self.straight_m[at]));
+            let is_small = self.beams_m[at] < around_m - SMALL_M;
+            if !is_small {
+                self.beams_m[at] = self.straight_m[at];
+            }
+        }
     }
 
     /// Forgets what was seen a moment ago: a new life begins.
