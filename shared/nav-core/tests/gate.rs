@@ -1,0 +1,102 @@
+//! The safety gate from outside: what it says of what it does, and what it forgets.
+
+use nav_core::geometry::{Point, Pose, Vector};
+use nav_core::messages::{Header, LaserScan};
+use nav_core::observation::Sent;
+use nav_core::shield::{Hazard, Intervention, Mover, Shield};
+use nav_core::task::Task;
+use nav_core::twist::Twist;
+use std::f32::consts::PI;
+
+const AHEAD: Twist = Twist::new(1.0, 0.0);
+
+/// What becomes of full speed ahead of a robot that stands.
+fn asked(shield: &Shield) -> (Twist, Option<Intervention>) {
+    shield.filter(AHEAD, Twist::ZERO, &Sent::default(), true)
+}
+
+fn scan(task: &Task, seq: u64, range_m: impl Fn(f32) -> f32) -> LaserScan {
+    LaserScan { header: Header { stamp_ns: seq * 100_000_000, seq }, ..LaserScan::of(&task.lidar, range_m) }
+}
+
+#[test]
+fn an_intervention_says_what_from_where_and_when() {
+    let degrees = |degrees: f32| degrees * PI / 180.0;
+    for (bearing_deg, side) in [
+        (0.0, "ahead"),
+        (22.0, "ahead"),
+        (-22.0, "ahead"),
+        (23.0, "from the left"),
+        (90.0, "from the left"),
+        (112.0, "from the left"),
+        (-23.0, "from the right"),
+        (-90.0, "from the right"),
+        (-112.0, "from the right"),
+        (113.0, "from behind"),
+        (-113.0, "from behind"),
+        (180.0, "from behind"),
+        (-180.0, "from behind"),
+    ] {
+        for (hazard, what) in [(Hazard::Person, "person"), (Hazard::Standing, "obstacle")] {
+            for (is_forced, end) in [(false, ""), (true, ", no safe way")] {
+                let intervention =
+                    Intervention { hazard, bearing_rad: degrees(bearing_deg), in_s: 0.84, is_forced };
+                assert_eq!(intervention.to_string(), format!("shield: {what} {side}, 0.8 s{end}"));
+            }
+        }
+    }
+}
+
+/// A wall on one side, and somebody who comes from one side: what is said is where it is.
+#[test]
+fn it_names_the_side_that_the_danger_is_on() {
+    let task = Task::default();
+    let mut shield = Shield::new(&task);
+    shield.see(&scan(&task, 1, |angle| if angle.abs() < 0.6 { 0.25 } else { 4.0 }), Pose::default());
+    let (command, intervention) = asked(&shield);
+    assert!(command.linear_mps < 1.0);
+    let said = intervention.expect("it acts").to_string();
+    assert!(said.starts_with("shield: obstacle ahead"), "{said}");
+    for (y_m, side) in [(1.6, "from the left"), (-1.6, "from the right")] {
+        let mut shield = Shield::new(&task);
+        let mover = Mover {
+            position: Point::new(0.9, y_m),
+            velocity: Vector::new(0.0, -y_m.signum()),
+            radius_m: 0.25,
+        };
+        shield.inform([mover].into_iter());
+        shield.see(&scan(&task, 1, |_| f32::INFINITY), Pose::default());
+        let (command, intervention) = asked(&shield);
+        assert!(command != AHEAD);
+        let said = intervention.expect("it acts").to_string();
+        assert!(said.contains("person") && (said.contains(side) || said.contains("ahead")), "{side}: {said}");
+    }
+}
+
+#[test]
+fn what_is_forgotten_stops_nobody() {
+    let task = Task::default();
+    let mut shield = Shield::new(&task);
+    let mover = Mover { position: Point::new(1.0, 0.0), velocity: Vector::new(-1.0, 0.0), radius_m: 0.25 };
+    shield.inform([mover].into_iter());
+    // A wall close by, and somebody who walks, as the tracker sees it.
+    for seq in 1..=12 {
+        let walked_m = 2.5 - 0.1 * seq as f32;
+        let range_m = |angle: f32| {
+            let person = angle.abs() < (0.25_f32 / walked_m).asin();
+            if (angle - 2.0).abs() < 0.5 {
+                0.3
+            } else if person {
+                walked_m - 0.25
+            } else {
+                5.0
+            }
+        };
+        shield.see(&scan(&task, seq, range_m), Pose::default());
+    }
+    assert!(asked(&shield).0 != AHEAD, "somebody comes");
+    assert!(!shield.tracker().tracks().is_empty());
+    shield.forget();
+    assert!(shield.tracker().tracks().is_empty());
+    assert_eq!(asked(&shield), (AHEAD, None), "neither walls nor people are known");
+}
