@@ -21,22 +21,12 @@ pub(crate) struct Picture {
 impl Picture {
     /// Before the first step.
     pub(crate) fn new(task: &Task, place: &Place) -> Self {
-        let trace = EpisodeTrace {
-            world: place.world.clone(),
-            robot_radius_m: task.robot.radius_m,
-            goal_radius_m: task.goal_radius_m,
-            title: place.world.name.clone(),
-            steps: Vec::new(),
-            decisions: Vec::new(),
-            end: None,
-        };
-        Self { trace, last_subgoal: None }
+        Self { trace: EpisodeTrace::begin(&place.world, task), last_subgoal: None }
     }
 
     /// Adds the present moment.
     pub(crate) fn step(&mut self, simulation: &Simulation) {
-        let people = simulation.people().iter().map(|person| person.position).collect();
-        self.trace.steps.push(TraceStep { pose: simulation.pose(), people });
+        self.trace.steps.push(TraceStep::of(simulation, None));
     }
 
     /// Adds a decision if the runtime says that it drives to another subgoal than before.

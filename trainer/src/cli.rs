@@ -157,7 +157,8 @@ pub struct EvaluateArgs {
     /// Threads; the rows do not depend on it
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub threads: u16,
-    /// Episodes of each policy and family on the picture sheet; 0 draws none
+    /// Episodes of each policy and family on the picture sheet; of ten times as many collisions the last seconds are
+    /// drawn; 0 draws none
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=100))]
     pub pictures: u16,
     /// Where rows, table, figures and pictures go

@@ -6,15 +6,17 @@
 //! | `episodes.csv` | a row an episode, appended as it ends: world after world, in each the policies in their order |
 //! | `table.txt`, `summary.json` | the figures of each policy on each family; there once all is driven |
 //! | `LABEL.svg`, `LABEL.png` | the first worlds of each family as pictures |
+//! | `collisions/LABEL-FAMILY.svg`, `.png` | the last seconds before the first collisions, moment by moment |
 //!
 //! Reading order: [`policies`] (what drives), [`scenes`] (where), [`plan`] (both, checked and kept), [`drive`] (rows),
-//! [`report`] (figures and pictures).
+//! [`report`] (figures), [`collisions`] (their last seconds).
 
 pub mod policies;
 pub mod scenes;
 pub mod plan;
 pub mod drive;
 pub mod report;
+pub mod collisions;
 
 use anyhow::{Context, Result};
 use nav_env::summary::summarise;
@@ -44,6 +46,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<Exit> {
     let summaries = summarise(&episodes.rows);
     report::write(&plan, &summaries)?;
     drive::draw(&plan, args.threads.into()).context("pictures")?;
+    collisions::draw(&plan, &episodes.rows, args.threads.into()).context("pictures of collisions")?;
     report::tell(&plan, &summaries);
     Ok(Exit::Done)
 }

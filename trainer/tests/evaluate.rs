@@ -256,6 +256,37 @@ fn wrong_inputs_are_refused_before_anything_is_driven() {
     assert!(!here.join("eval/episodes.csv").exists());
 }
 
+/// Every collision has its strip, and the pictures of another evaluation do not stay.
+#[test]
+fn the_last_seconds_of_collisions_are_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let drive = |more: &[&str]| {
+        let stream = [
+            "evaluate",
+            "--policy",
+            "reactive",
+            "--families",
+            "stream,clutter",
+            "--worlds",
+            "3",
+            "--out",
+            "eval",
+        ];
+        succeed(here, &stream, more);
+        let ends: Vec<_> = rows(here).iter().map(|row| (row.family, row.end)).collect();
+        ends.into_iter().filter(|end| *end == (Some(Family::Stream), EpisodeEnd::Collision)).count()
+    };
+    let collided = drive(&["--shield", "off"]);
+    assert!(collided > 0, "somebody is hit");
+    let strips = std::fs::read_to_string(here.join("eval/collisions/reactive-stream.svg")).expect("drawn");
+    assert_eq!(strips.matches("<title>stream").count(), collided);
+    assert!(here.join("eval/collisions/reactive-stream.png").exists());
+    assert!(!here.join("eval/collisions/reactive-clutter.svg").exists(), "nothing was hit there");
+    drive(&["--pictures", "0"]);
+    assert!(!here.join("eval/collisions/reactive-stream.svg").exists(), "of another evaluation");
+}
+
 /// Worlds with people, with the safety gate and without: the rows say which, and the gate makes a difference.
 #[test]
 fn the_safety_gate_is_on_unless_it_is_switched_off() {

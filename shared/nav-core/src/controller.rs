@@ -126,6 +126,7 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Tick for Controller<S> {
             }
             if !self.navigator.goal_reached() {
                 wish = self.act(&mut status);
+                status.wish = self.task.robot.limited(wish);
                 let (command, intervention, acted) =
                     self.shielding.filter(wish, odom, &self.guard, &self.navigator);
                 (wish, status.intervention) = (command, intervention);

@@ -5,6 +5,7 @@ use crate::messages::{CmdVel, Goal, LaserScan, Odometry, RunState};
 use crate::navigator::DecisionReason;
 use crate::shield::Intervention;
 use crate::task::Task;
+use crate::twist::Twist;
 
 /// Everything a tick reads: the newest message of each topic, `seq` 0 where none was ever received.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +27,8 @@ pub struct TickStatus {
     pub faults: u32,
     /// The first of the faults that needs words.
     pub cause: Option<Cause>,
+    /// What was wished, within the limits of speed, before the safety gate saw it; zero where nothing drives.
+    pub wish: Twist,
     /// What the safety gate made of the wish.
     pub intervention: Option<Intervention>,
     /// Why a decision was taken in this tick, if one was.

@@ -8,7 +8,7 @@
 use nav_core::controller::Controller;
 use nav_core::geometry::Vector;
 use nav_core::messages::CmdVel;
-use nav_core::shield::Mover;
+use nav_core::shield::{Mover, Shield};
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_sim::simulation::Simulation;
@@ -34,6 +34,10 @@ impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Informed<S> {
         if let Some(shield) = self.0.shield_mut() {
             shield.inform(movers(truth).into_iter());
         }
+    }
+
+    fn shield(&self) -> Option<&Shield> {
+        self.0.shield()
     }
 }
 

@@ -4,10 +4,13 @@ use nav_core::controller::Controller;
 use nav_core::geometry::{Point, Pose};
 use nav_core::messages::Header;
 use nav_core::metrics::EpisodeMetrics;
+use nav_core::shield::Shield;
 use nav_core::task::Task;
 use nav_core::tick::{Tick, TickStatus};
+use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
-use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep};
+use nav_sim::drawing::{Decision, EpisodeTrace, Seen, TraceStep};
+use nav_sim::people::PersonState;
 use nav_sim::simulation::Simulation;
 use std::convert::Infallible;
 use std::time::Instant;
@@ -28,9 +31,18 @@ pub trait Driver: Tick {
 
     /// Called before each tick with the true simulation, for ceilings: drivers that know what no robot can.
     fn see(&mut self, _truth: &Simulation) {}
+
+    /// The safety gate that it stands behind, for pictures of whom it follows.
+    fn shield(&self) -> Option<&Shield> {
+        None
+    }
 }
 
-impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Controller<S> {}
+impl<S: AsRef<[f32]> + AsMut<[f32]>> Driver for Controller<S> {
+    fn shield(&self) -> Option<&Shield> {
+        Self::shield(self)
+    }
+}
 
 /// A simulated robot. Order and time of its messages go on from episode to episode, as a robot's do.
 #[derive(Clone, Debug)]
@@ -86,31 +98,19 @@ impl SimulatedRobot {
         let task = self.lidar.map_or(task, |lidar| lidar.on(&task));
         let mut simulation =
             Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);
-        let mut trace = with_trace.then(|| trace_of(place, &task));
+        let mut trace = with_trace.then(|| EpisodeTrace::begin(&place.world, &task));
         self.goal_id += 1;
         driver.begin(place);
         let goal_id = self.goal_id;
-        let mut commands =
-            InProcess { robot: self, driver, status: TickStatus::default(), times: TickTimes::default() };
+        let (status, command) = (TickStatus::default(), Twist::ZERO);
+        let mut commands = InProcess { robot: self, driver, status, command, times: TickTimes::default() };
         let Ok(metrics) = drive_episode(&mut simulation, place, goal_id, &mut commands, &mut trace);
         let TickTimes { count, total_ns, max_ns } = commands.times;
         if let Some(trace) = &mut trace {
-            note_step(trace, &simulation);
-            trace.end = Some(metrics.end);
+            trace.steps.push(TraceStep::of(&simulation, None));
+            (trace.end, trace.hit_while_standing) = (Some(metrics.end), metrics.hit_while_standing);
         }
         Driven { metrics, tick_mean_ns: total_ns / count.max(1), tick_max_ns: max_ns, trace }
-    }
-}
-
-fn trace_of(place: &Place, task: &Task) -> EpisodeTrace {
-    EpisodeTrace {
-        world: place.world.clone(),
-        robot_radius_m: task.robot.radius_m,
-        goal_radius_m: task.goal_radius_m,
-        title: place.world.name.clone(),
-        steps: Vec::new(),
-        decisions: Vec::new(),
-        end: None,
     }
 }
 
@@ -120,6 +120,8 @@ struct InProcess<'a, D: ?Sized> {
     driver: &'a mut D,
     /// Of the newest tick.
     status: TickStatus,
+    /// What left in it.
+    command: Twist,
     times: TickTimes,
 }
 
@@ -147,13 +149,13 @@ impl<D: Driver + ?Sized> Commands for InProcess<'_, D> {
         self.times.count += 1;
         self.times.total_ns += tick_ns;
         self.times.max_ns = self.times.max_ns.max(tick_ns);
-        self.status = status;
+        (self.status, self.command) = (status, command.twist());
         Ok(Answer { command: command.twist(), state: status.state })
     }
 }
 
 /// For a picture, if one is wanted.
-impl<D: ?Sized> Onlooker<InProcess<'_, D>> for Option<EpisodeTrace> {
+impl<D: Driver + ?Sized> Onlooker<InProcess<'_, D>> for Option<EpisodeTrace> {
     fn commanded(&mut self, simulation: &Simulation, commands: &InProcess<'_, D>) {
         let Some(trace) = self else { return };
         let status = &commands.status;
@@ -164,11 +166,32 @@ impl<D: ?Sized> Onlooker<InProcess<'_, D>> for Option<EpisodeTrace> {
                 action: status.action as u32,
             });
         }
-        note_step(trace, simulation);
+        trace.steps.push(TraceStep::of(simulation, Some(commands.seen(simulation))));
     }
 }
 
-fn note_step(trace: &mut EpisodeTrace, simulation: &Simulation) {
-    let people = simulation.people().iter().map(|person| person.position).collect();
-    trace.steps.push(TraceStep { pose: simulation.pose(), people });
+impl<D: Driver + ?Sized> InProcess<'_, D> {
+    /// What the robot saw and did in the newest tick.
+    fn seen(&self, simulation: &Simulation) -> Seen {
+        let (Messages { scan, odom, .. }, pose) = (&self.robot.messages, simulation.pose());
+        let hits = scan.ranges_m().iter().enumerate().filter(|(_, range_m)| **range_m < scan.range_max_m);
+        let hits = hits.map(|(beam, range_m)| {
+            let (sin, cos) = libm::sincosf(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
+            pose.parent_from_local(Point::new(range_m * cos, range_m * sin))
+        });
+        let world_from_odom = pose.after(&odom.pose.inverse());
+        let tracks = self.driver.shield().map_or(&[][..], |shield| shield.tracker().tracks());
+        let tracks = tracks.iter().map(|track| {
+            let position = world_from_odom.parent_from_local(track.position);
+            let ahead = world_from_odom.parent_from_local(track.position + track.velocity);
+            PersonState { position, velocity: ahead - position, radius_m: track.radius_m }
+        });
+        Seen {
+            hits: hits.collect(),
+            tracks: tracks.collect(),
+            wish: self.status.wish,
+            command: self.command,
+            intervention: self.status.intervention,
+        }
+    }
 }

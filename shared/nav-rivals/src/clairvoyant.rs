@@ -114,6 +114,7 @@ impl Tick for Clairvoyant {
             state: RunState::Driving,
             faults: 0,
             cause: None,
+            wish: out,
             intervention: None,
             decided: None,
             action: ACTION_GOAL,

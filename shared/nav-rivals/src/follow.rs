@@ -4,6 +4,7 @@ use nav_core::geometry::{Point, wrap_angle};
 use nav_core::guard::Guard;
 use nav_core::messages::{CmdVel, Header, RunState};
 use nav_core::navigator::Navigator;
+use nav_core::shield::Shield;
 use nav_core::shielding::Shielding;
 use nav_core::task::{ACTION_GOAL, Task};
 use nav_core::tick::{Inputs, TickStatus};
@@ -48,6 +49,11 @@ impl Follower {
         is_new
     }
 
+    /// The safety gate, unless it is switched off.
+    pub(crate) fn shield(&self) -> Option<&Shield> {
+        self.shielding.shield()
+    }
+
     /// Drives towards a point of the `odom` frame.
     pub(crate) fn towards(
         &mut self,
@@ -87,6 +93,7 @@ impl Follower {
             state,
             faults,
             cause: None,
+            wish,
             intervention,
             decided: None,
             action: ACTION_GOAL,

@@ -5,6 +5,7 @@
 
 use nav_core::geometry::{Point, Pose};
 use nav_core::messages::CmdVel;
+use nav_core::shield::Shield;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_env::robot::Driver;
@@ -89,6 +90,10 @@ impl Driver for KnownMapPlanner {
 
     fn localise(&mut self, map_from_odom: Pose) {
         self.map_from_odom = map_from_odom;
+    }
+
+    fn shield(&self) -> Option<&Shield> {
+        self.follower.shield()
     }
 }
 

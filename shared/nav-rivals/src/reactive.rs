@@ -3,6 +3,7 @@
 
 use nav_core::geometry::{Point, wrap_angle};
 use nav_core::messages::CmdVel;
+use nav_core::shield::Shield;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_env::robot::Driver;
@@ -54,7 +55,11 @@ impl Reactive {
     }
 }
 
-impl Driver for Reactive {}
+impl Driver for Reactive {
+    fn shield(&self) -> Option<&Shield> {
+        self.follower.shield()
+    }
+}
 
 impl Tick for Reactive {
     fn tick(&mut self, now_ns: u64, inputs: Inputs<'_>) -> (CmdVel, TickStatus) {

@@ -9,18 +9,27 @@
 //! | violet dots and thin lines | subgoals, joined to where they were chosen |
 //! | violet square | the decision to wait |
 //! | orange discs and lines | people where the picture ends, and their ways |
+//!
+//! [`svg_strips`] draws the last seconds of episodes moment by moment, with what the robot saw and did; the foot of its
+//! sheets says what its marks mean.
 
 mod episode;
+mod strip;
 mod canvas;
 mod lettering;
 mod file;
 
 pub use file::{DrawError, write_picture};
 
+use crate::people::PersonState;
+use crate::simulation::Simulation;
 use crate::world::World;
 use canvas::Panel;
 use nav_core::geometry::{Point, Pose};
 use nav_core::metrics::EpisodeEnd;
+use nav_core::shield::Intervention;
+use nav_core::task::Task;
+use nav_core::twist::Twist;
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -35,12 +44,16 @@ pub struct EpisodeTrace {
     pub goal_radius_m: f32,
     /// Written above the picture.
     pub title: String,
+    /// Time from one step to the next, s.
+    pub period_s: f32,
     /// Where everybody was, one entry a step.
     pub steps: Vec<TraceStep>,
     /// What the high level chose.
     pub decisions: Vec<Decision>,
     /// How it ended, if it has: success in green, collision in red, timeout in grey.
     pub end: Option<EpisodeEnd>,
+    /// Whether it ended in a collision while the robot stood.
+    pub hit_while_standing: bool,
 }
 
 /// Where everybody was at one step, in the world frame.
@@ -48,8 +61,49 @@ pub struct EpisodeTrace {
 pub struct TraceStep {
     /// The robot.
     pub pose: Pose,
-    /// The people, in the order of the world, m.
-    pub people: Vec<Point>,
+    /// The people, in the order of the world.
+    pub people: Vec<PersonState>,
+    /// What the robot made of it, where that is known.
+    pub seen: Option<Seen>,
+}
+
+impl EpisodeTrace {
+    /// Of an episode that begins.
+    pub fn begin(world: &Arc<World>, task: &Task) -> Self {
+        Self {
+            world: world.clone(),
+            robot_radius_m: task.robot.radius_m,
+            goal_radius_m: task.goal_radius_m,
+            title: world.name.clone(),
+            period_s: task.control_period_s,
+            steps: Vec::new(),
+            decisions: Vec::new(),
+            end: None,
+            hit_while_standing: false,
+        }
+    }
+}
+
+impl TraceStep {
+    /// The present moment of a simulation.
+    pub fn of(simulation: &Simulation, seen: Option<Seen>) -> Self {
+        Self { pose: simulation.pose(), people: simulation.people().to_vec(), seen }
+    }
+}
+
+/// What a robot saw and did at a step, in the world frame.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// What the scan hit, m.
+    pub hits: Vec<Point>,
+    /// Everybody whom the safety gate follows, moving or standing.
+    pub tracks: Vec<PersonState>,
+    /// What was wished.
+    pub wish: Twist,
+    /// What left for the base.
+    pub command: Twist,
+    /// What the safety gate says about the wish.
+    pub intervention: Option<Intervention>,
 }
 
 /// One choice of the high level.
@@ -90,6 +144,22 @@ pub fn svg_sheet(traces: &[EpisodeTrace], columns: usize) -> String {
         top += panels.iter().map(|panel| panel.height).fold(0.0, f32::max);
     }
     document(columns as f32 * TILE_PX, top, &body)
+}
+
+/// The last seconds of several episodes, a strip of moments for each and a legend below, as an SVG document.
+pub fn svg_strips(traces: &[EpisodeTrace]) -> String {
+    let strips = traces.iter().enumerate().map(|(index, trace)| {
+        let panel = strip::panel(trace, index);
+        Panel { body: titled(&trace.title, &panel.body), ..panel }
+    });
+    let mut body = String::new();
+    let mut top = 0.0;
+    for panel in strips.chain([strip::legend()]) {
+        writeln!(body, r#"<g transform="translate(0 {top:.0})">{}</g>"#, panel.body)
+            .expect("a string takes everything");
+        top += panel.height;
+    }
+    document(strip::STRIP_PX, top, &body)
 }
 
 /// The title is drawn as strokes; this keeps it readable for search and screen readers.

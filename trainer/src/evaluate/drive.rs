@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use super::plan::{Episodes, Plan, ROWS};
 
 /// A robot and its driver for each policy.
-type Fleet = Vec<(SimulatedRobot, Box<dyn Driver + Send>)>;
+pub(super) type Fleet = Vec<(SimulatedRobot, Box<dyn Driver + Send>)>;
 
 /// Drives what has no row yet, and appends each row as it comes.
 ///
@@ -88,10 +88,10 @@ fn drive_world(plan: &Plan, fleet: &mut Fleet, world: usize, skipped: usize) -> 
 }
 
 /// A fleet for each thread, made before the threads, so that an error is a sentence.
-struct Fleets(Mutex<Vec<Fleet>>);
+pub(super) struct Fleets(Mutex<Vec<Fleet>>);
 
 impl Fleets {
-    fn new(plan: &Plan, threads: usize) -> Result<Self> {
+    pub(super) fn new(plan: &Plan, threads: usize) -> Result<Self> {
         let disturbance = plan.disturbance.disturbance();
         let fleet = || -> Result<Fleet> {
             let robot = || {
@@ -105,7 +105,7 @@ impl Fleets {
         Ok(Self(Mutex::new((0..threads).map(|_| fleet()).collect::<Result<_>>()?)))
     }
 
-    fn take(&self) -> Fleet {
+    pub(super) fn take(&self) -> Fleet {
         let fleet = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
         fleet.expect("there is one for each thread")
     }

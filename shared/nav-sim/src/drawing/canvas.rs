@@ -48,11 +48,11 @@ impl Canvas {
         self.svg.push('\n');
     }
 
-    /// The floor and its edge.
-    pub(super) fn floor(&mut self, fill: &str, edge: &str, edge_px: f32) {
-        let (x, y) = self.px(Point::new(self.bounds.min.x, self.bounds.max.y));
-        let width = (self.bounds.max.x - self.bounds.min.x) * self.scale;
-        let height = self.height();
+    /// The floor of a world and its edge.
+    pub(super) fn floor(&mut self, world: Bounds, fill: &str, edge: &str, edge_px: f32) {
+        let (x, y) = self.px(Point::new(world.min.x, world.max.y));
+        let width = (world.max.x - world.min.x) * self.scale;
+        let height = (world.max.y - world.min.y) * self.scale;
         self.push(format_args!(
             r#"<rect x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}" fill="{fill}" stroke="{edge}" stroke-width="{edge_px:.1}"/>"#
         ));

@@ -6,15 +6,17 @@ use super::{EpisodeTrace, TraceStep};
 use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_GOAL, ACTION_WAIT};
 
+/// Beyond the world's edge.
+pub(super) const OUTSIDE: &str = "#e4e2dd";
 const FLOOR: &str = "#f8f7f4";
 const WALL: &str = "#3b4048";
 const SOLID: &str = "#cfccc5";
-const PERSON: &str = "#dd8452";
+pub(super) const PERSON: &str = "#dd8452";
 const SUBGOAL: &str = "#7b5ea7";
 const GOAL: &str = "#2f8f5b";
-const CRASH: &str = "#c0392b";
-const TEXT: &str = "#2b2f36";
-const FAINT: &str = "#7a7f87";
+pub(super) const CRASH: &str = "#c0392b";
+pub(super) const TEXT: &str = "#2b2f36";
+pub(super) const FAINT: &str = "#7a7f87";
 /// The robot's way from its first step to its last.
 const RAMP: [[f32; 3]; 3] = [[166.0, 206.0, 236.0], [66.0, 133.0, 190.0], [16.0, 52.0, 102.0]];
 /// The way is drawn in at most this many pieces of one colour.
@@ -26,9 +28,7 @@ pub(super) fn panel(trace: &EpisodeTrace, width: f32) -> Panel {
     let (margin, head, foot) = (3.0 * unit, 8.0 * unit, 8.0 * unit);
     let mut canvas = Canvas::new(trace.world.bounds, width - 2.0 * margin, margin, head);
     let edge_px = (0.45 * unit).max(1.6);
-    canvas.floor(FLOOR, WALL, edge_px);
-    draw_obstacles(&mut canvas, trace, edge_px);
-    draw_goal(&mut canvas, trace, edge_px);
+    draw_ground(&mut canvas, trace, edge_px);
     draw_people(&mut canvas, trace, unit);
     draw_way(&mut canvas, &trace.steps, 0.55 * unit);
     draw_decisions(&mut canvas, trace, unit);
@@ -39,6 +39,13 @@ pub(super) fn panel(trace: &EpisodeTrace, width: f32) -> Panel {
     draw_text(&mut body, trace, width, unit, margin, height);
     draw_scale(&mut body, &canvas, margin, height - 2.8 * unit, unit);
     Panel { width, height, body }
+}
+
+/// What does not move: the floor, obstacles and the goal.
+pub(super) fn draw_ground(canvas: &mut Canvas, trace: &EpisodeTrace, edge_px: f32) {
+    canvas.floor(trace.world.bounds, FLOOR, WALL, edge_px);
+    draw_obstacles(canvas, trace, edge_px);
+    draw_goal(canvas, trace, edge_px);
 }
 
 fn draw_obstacles(canvas: &mut Canvas, trace: &EpisodeTrace, edge_px: f32) {
@@ -73,7 +80,7 @@ fn draw_people(canvas: &mut Canvas, trace: &EpisodeTrace, unit: f32) {
         (0.15 * unit).max(0.8)
     );
     for (index, person) in trace.world.people.iter().enumerate() {
-        let way = trace.steps.iter().filter_map(|step| step.people.get(index).copied());
+        let way = trace.steps.iter().filter_map(|step| step.people.get(index).map(|person| person.position));
         let last = way.clone().next_back().unwrap_or(person.start);
         canvas.line(way, &trail);
         canvas.circle(last, person.radius_m, &disc);
@@ -181,7 +188,7 @@ fn draw_scale(svg: &mut String, canvas: &Canvas, left: f32, baseline: f32, unit:
 }
 
 /// The colour of the way at a share of its time.
-fn ramp(share: f32) -> String {
+pub(super) fn ramp(share: f32) -> String {
     let at = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
     let index = (at as usize).min(RAMP.len() - 2);
     let blend = |channel: usize| {

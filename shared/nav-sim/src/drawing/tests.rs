@@ -1,6 +1,7 @@
 use super::*;
 use crate::families::{Family, Split, generate};
-use crate::world::{Bounds, Segment};
+use crate::world::{Bounds, Person, Segment};
+use nav_core::geometry::Vector;
 
 fn trace() -> EpisodeTrace {
     let mut world = generate(Family::Crowd, Split::Train, 1);
@@ -11,11 +12,17 @@ fn trace() -> EpisodeTrace {
     for person in &mut world.people {
         person.start = Point::new(1.0, 1.0);
     }
-    let people: Vec<Point> = world.people.iter().map(|person| person.start).collect();
+    let standing = |person: &Person| PersonState {
+        position: person.start,
+        velocity: Vector::zeros(),
+        radius_m: person.radius_m,
+    };
+    let people: Vec<PersonState> = world.people.iter().map(standing).collect();
     let steps = (0..30_u8)
         .map(|step| TraceStep {
             pose: Pose::new(4.0 + 0.1 * f32::from(step), 2.0, 0.0),
             people: people.clone(),
+            seen: None,
         })
         .collect();
     EpisodeTrace {
@@ -23,9 +30,11 @@ fn trace() -> EpisodeTrace {
         robot_radius_m: 0.2,
         goal_radius_m: 0.3,
         title: "a <test> & more".into(),
+        period_s: 0.1,
         steps,
         decisions: vec![Decision { step: 3, subgoal: Point::new(6.0, 4.0), action: 2 }],
         end: Some(EpisodeEnd::Timeout),
+        hit_while_standing: false,
     }
 }
 
@@ -65,7 +74,7 @@ fn the_end_shows_in_its_colour() {
     write_picture(&path, &svg(&crashed)).expect("the picture can be written");
     let picture = image::open(&path).expect("a PNG").into_rgb8();
     let last = crashed.steps.last().expect("steps").pose.position();
-    let [red, _, blue] = pixel(&picture, last + nav_core::geometry::Vector::new(-0.1, 0.1));
+    let [red, _, blue] = pixel(&picture, last + Vector::new(-0.1, 0.1));
     assert!(red > blue + 40, "a crashed robot is red: {red} {blue}");
 }
 
