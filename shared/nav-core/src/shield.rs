@@ -16,6 +16,7 @@
 //! | `motion.rs` | where the robot will be: commands under way, latency, lag, acceleration limits |
 //! | `people.rs` | where those who move will be, from [`crate::tracker`] |
 //! | `standing.rs` | what stands, from the scans of the last moment |
+//! | `grid.rs` | of that, a map that answers most questions with one bit |
 //! | `danger.rs` | what a command leads to |
 //!
 //! **What it cannot promise.** It knows what the lidar shows: nothing behind corners, nothing narrower than the gap between
@@ -26,6 +27,7 @@
 //! control periods breaks the promise for what stands, too. It is no certified safety function.
 
 mod danger;
+mod grid;
 mod motion;
 mod people;
 mod standing;
@@ -176,7 +178,7 @@ impl Shield {
         let away = |mover: &Mover| (mover.position - here).norm_squared();
         self.movers.sort_unstable_by(|a, b| away(a).total_cmp(&away(b)));
         let far_m = (self.robot.linear_max_mps + PEOPLE_MPS) * self.clock.horizon_s();
-        self.people.foresee(&self.movers, pose, &self.clock, self.robot.radius_m, far_m);
+        self.people.foresee(&self.movers, pose, &self.clock, &self.robot, far_m);
 
         let radius_m = self.robot.radius_m;
         self.hits.see(&self.beams, &self.sectors, pose, stamp_ns, radius_m, |_| false);
@@ -230,22 +232,15 @@ impl Shield {
         let wish = self.robot.limited(wish);
         let Some(met) = danger.of(wish) else { return (wish, None) };
         let mut best = (danger.cost(&met), wish, true);
-        let speeds = if may_advance { SPEEDS } else { 1 };
-        for speed in 0..speeds {
-            for turn in 0..TURNS {
-                let candidate = Twist::new(
-                    self.robot.linear_max_mps * speed as f32 / (SPEEDS - 1) as f32,
-                    self.robot.angular_max_radps * (2.0 * turn as f32 / (TURNS - 1) as f32 - 1.0),
-                );
-                let away = self.away_cost(candidate, wish);
-                if away >= best.0 {
-                    continue;
-                }
-                let met = danger.of(candidate);
-                let cost = away + met.as_ref().map_or(0.0, |met| danger.cost(met));
-                if cost < best.0 {
-                    best = (cost, candidate, met.is_some_and(|met| !met.is_close));
-                }
+        for (away, candidate) in self.candidates(wish, may_advance) {
+            // The nearest come first.
+            if away >= best.0 {
+                break;
+            }
+            let met = danger.of(candidate);
+            let cost = away + met.as_ref().map_or(0.0, |met| danger.cost(met));
+            if cost < best.0 {
+                best = (cost, candidate, met.is_some_and(|met| !met.is_close));
             }
         }
         let (_, command, is_forced) = best;
@@ -257,10 +252,22 @@ impl Shield {
         (command, Some(met.intervention(is_forced)))
     }
 
-    fn away_cost(&self, candidate: Twist, wish: Twist) -> f32 {
+    /// Commands that are tried, and how far from the wish each of them is: the nearest first.
+    fn candidates(&self, wish: Twist, may_advance: bool) -> Vec<(f32, Twist), { SPEEDS * TURNS }> {
         let robot = &self.robot;
-        SPEED_COST * (candidate.linear_mps - wish.linear_mps).abs() / robot.linear_max_mps
-            + TURN_COST * (candidate.angular_radps - wish.angular_radps).abs() / robot.angular_max_radps
+        let mut candidates = Vec::new();
+        for speed in 0..if may_advance { SPEEDS } else { 1 } {
+            for turn in 0..TURNS {
+                let linear_mps = robot.linear_max_mps * speed as f32 / (SPEEDS - 1) as f32;
+                let angular_radps = robot.angular_max_radps * (2.0 * turn as f32 / (TURNS - 1) as f32 - 1.0);
+                let away = SPEED_COST * (linear_mps - wish.linear_mps).abs() / robot.linear_max_mps
+                    + TURN_COST * (angular_radps - wish.angular_radps).abs() / robot.angular_max_radps;
+                // There is room for all.
+                let _ = candidates.push((away, Twist::new(linear_mps, angular_radps)));
+            }
+        }
+        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        candidates
     }
 
     /// Everybody who is followed.

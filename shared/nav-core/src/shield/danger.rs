@@ -1,6 +1,6 @@
 //! What a command leads to: what the robot could no longer stop before, and whom it meets.
 
-use super::motion::{Clock, Course, MOMENTS, Manoeuvre, UnderWay};
+use super::motion::{Clock, Courses, MOMENTS, Manoeuvre, UnderWay};
 use super::people::People;
 use super::standing::Standing;
 use super::{CLOSE_COST, Hazard, Intervention, STANDING_COST, TOUCH_COST};
@@ -13,6 +13,10 @@ use core::f32::consts::FRAC_PI_2;
 const HELD: usize = 8;
 /// Share of the difference to its target that a slow base makes up in a fine step: a lag of 0.15 s.
 const SLOW_FOLLOW: f32 = 0.5;
+/// Ways to go on.
+const WAYS: usize = 12;
+/// Steps by which the base may obey late, from none.
+const LATENCIES: usize = Danger::LATENCY_MAX + 1;
 /// A robot that has not come to a stand after so many fine steps is taken to stand.
 const STOPPING_STEPS: usize = 200;
 
@@ -58,18 +62,7 @@ impl Danger<'_> {
         if let Some(met) = self.stopping(command) {
             return Some(met);
         }
-        if self.people.is_empty() {
-            return None;
-        }
-        let mut best: Option<Met> = None;
-        for manoeuvre in self.ways_on(command) {
-            let met = self.on(&manoeuvre)?;
-            let rank = |met: &Met| (met.is_close, met.in_s, -met.speed_mps);
-            if best.is_none_or(|best| rank(&met) > rank(&best)) {
-                best = Some(met);
-            }
-        }
-        best
+        if self.people.is_empty() { None } else { self.going_on(command) }
     }
 
     /// What meeting this is worth.
@@ -83,11 +76,9 @@ impl Danger<'_> {
     }
 
     /// The ways to go on after a command that is held for a while.
-    fn ways_on(&self, command: Twist) -> [Manoeuvre; 12] {
+    fn ways_on(&self, command: Twist) -> [Manoeuvre; WAYS] {
         let (v, w) = (self.robot.linear_max_mps, self.robot.angular_max_radps);
-        let then = |a: Twist, until: usize, b: Twist| Manoeuvre {
-            phases: [(command, HELD), (a, until), (b, MOMENTS)],
-        };
+        let way = |first: Twist, until: usize, then: Twist| Manoeuvre { first, until, then };
         // At the fastest turning rate.
         let quarter = self.clock.moments_within(FRAC_PI_2 / w);
         let eighth = self.clock.moments_within(0.5 * FRAC_PI_2 / w);
@@ -95,48 +86,96 @@ impl Danger<'_> {
         let straight_on = Twist::new(command.linear_mps, 0.0);
         let fast = Twist::new(v, 0.0);
         [
-            then(straight_on, MOMENTS, straight_on),
-            then(Twist::ZERO, MOMENTS, Twist::ZERO),
-            then(Twist::new(v, w), eighth, fast),
-            then(Twist::new(v, -w), eighth, fast),
-            then(fast, MOMENTS, fast),
-            then(Twist::new(0.0, w), quarter, fast),
-            then(Twist::new(0.0, -w), quarter, fast),
-            then(Twist::new(0.5 * command.linear_mps, command.angular_radps), quarter, straight_on),
-            then(Twist::new(0.5 * v, w), quarter, fast),
-            then(Twist::new(0.5 * v, -w), quarter, fast),
-            then(Twist::new(0.0, w), long, fast),
-            then(Twist::new(0.0, -w), long, fast),
+            way(straight_on, MOMENTS, straight_on),
+            way(Twist::ZERO, MOMENTS, Twist::ZERO),
+            way(Twist::new(v, w), eighth, fast),
+            way(Twist::new(v, -w), eighth, fast),
+            way(fast, MOMENTS, fast),
+            way(Twist::new(0.0, w), quarter, fast),
+            way(Twist::new(0.0, -w), quarter, fast),
+            way(Twist::new(0.5 * command.linear_mps, command.angular_radps), quarter, straight_on),
+            way(Twist::new(0.5 * v, w), quarter, fast),
+            way(Twist::new(0.5 * v, -w), quarter, fast),
+            way(Twist::new(0.0, w), long, fast),
+            way(Twist::new(0.0, -w), long, fast),
         ]
     }
 
-    /// What is touched first on a manoeuvre, or who comes close if nothing is.
-    fn on(&self, manoeuvre: &Manoeuvre) -> Option<Met> {
-        let mut course = Course::new(&self.under_way);
-        let (mut phase, mut close) = (0, None);
-        for moment in 0..MOMENTS {
-            while phase < 2 && moment >= manoeuvre.phases[phase].1 {
-                phase += 1;
-            }
-            let from = course.place();
-            course.step(self.robot, manoeuvre.phases[phase].0, self.latency, 1.0, self.clock.step_s[moment]);
-            let (to, in_s) = (course.place(), self.clock.at_s[moment]);
-            let nearness = self.people.nearness(moment + 1, from, to);
-            if let Some(person) = nearness.touched {
-                return Some(self.meeting(&course, moment, person, false));
-            }
-            if let (Some(person), None) = (nearness.close, close) {
-                close = Some(self.meeting(&course, moment, person, true));
-            }
-            if self.walls.is_touched(to) {
-                return Some(bump(self.walls, &course, in_s));
+    /// What is touched first on the way that lasts longest, or who comes close on it.
+    fn going_on(&self, command: Twist) -> Option<Met> {
+        let mut held = Courses::<1>::new(&self.under_way, [self.latency], [1.0]);
+        let mut so_far = [Way::Free];
+        for moment in 0..HELD {
+            self.advance(&mut held, &mut so_far, &[command.linear_mps], &[command.angular_radps], moment);
+        }
+        let [so_far] = so_far;
+        if let Way::Ends(met) = so_far {
+            return Some(met);
+        }
+        let ways_on = self.ways_on(command);
+        let mut courses: Courses<WAYS> = held.split(0);
+        let mut ways = [so_far; WAYS];
+        for moment in HELD..MOMENTS {
+            let target = |lane: usize| {
+                let Manoeuvre { first, until, then } = ways_on[lane];
+                if moment < until { first } else { then }
+            };
+            let linear_mps = core::array::from_fn(|lane| target(lane).linear_mps);
+            let angular_radps = core::array::from_fn(|lane| target(lane).angular_radps);
+            self.advance(&mut courses, &mut ways, &linear_mps, &angular_radps, moment);
+            if ways.iter().all(|way| matches!(way, Way::Ends(_))) {
+                break;
             }
         }
-        close
+        let mut best: Option<Met> = None;
+        for way in ways {
+            let met = way.met()?;
+            let rank = |met: &Met| (met.is_close, met.in_s, -met.speed_mps);
+            if best.is_none_or(|best| rank(&met) > rank(&best)) {
+                best = Some(met);
+            }
+        }
+        best
     }
 
-    fn meeting(&self, course: &Course, moment: usize, person: usize, is_close: bool) -> Met {
-        let ((vx, vy), (px, py)) = (course.velocity_mps(), self.people.velocity_mps(person));
+    /// Lets the courses that have not ended go on to a moment.
+    fn advance<const N: usize>(
+        &self,
+        courses: &mut Courses<N>,
+        ways: &mut [Way; N],
+        linear_mps: &[f32; N],
+        angular_radps: &[f32; N],
+        moment: usize,
+    ) {
+        let from = (courses.x_m, courses.y_m);
+        courses.step(self.robot, linear_mps, angular_radps, self.clock.step_s[moment]);
+        let near = self.people.nearness(moment + 1, &from, &(courses.x_m, courses.y_m));
+        for (lane, way) in ways.iter_mut().enumerate() {
+            if matches!(way, Way::Ends(_)) {
+                continue;
+            }
+            if let Some(person) = near.touched[lane] {
+                *way = Way::Ends(self.meeting(courses, lane, moment, person.into(), false));
+                continue;
+            }
+            if let (Some(person), Way::Free) = (near.close[lane], &way) {
+                *way = Way::Close(self.meeting(courses, lane, moment, person.into(), true));
+            }
+            if self.walls.is_touched(courses.place(lane)) {
+                *way = Way::Ends(bump(self.walls, courses, lane, self.clock.at_s[moment]));
+            }
+        }
+    }
+
+    fn meeting<const N: usize>(
+        &self,
+        courses: &Courses<N>,
+        lane: usize,
+        moment: usize,
+        person: usize,
+        is_close: bool,
+    ) -> Met {
+        let ((vx, vy), (px, py)) = (courses.velocity_mps(lane), self.people.velocity_mps(person));
         let (x, y) = self.people.place(moment + 1, person);
         Met {
             hazard: Hazard::Person,
@@ -152,36 +191,57 @@ impl Danger<'_> {
     /// of all.
     fn stopping(&self, command: Twist) -> Option<Met> {
         let step_s = self.clock.step_s[0];
+        // A base that obeys at once may be a perfect one; one that is late may be slow, too.
+        let late = core::array::from_fn(|lane| lane);
+        let follow = core::array::from_fn(|lane| if lane == 0 { 1.0 } else { SLOW_FOLLOW });
+        let mut courses = Courses::<LATENCIES>::new(&self.under_way, late, follow);
         let mut deepest: Option<Met> = None;
-        for latency in 0..=Self::LATENCY_MAX {
-            // A base that obeys at once may be a perfect one; one that is late may be slow, too.
-            let follow = if latency == 0 { 1.0 } else { SLOW_FOLLOW };
-            let mut course = Course::new(&self.under_way);
-            for step in 0..STOPPING_STEPS {
-                let target = if step == 0 { command } else { Twist::ZERO };
-                course.step(self.robot, target, latency, follow, step_s);
-                if self.hits.is_touched(course.place()) {
-                    let met = bump(self.hits, &course, (step + 1) as f32 * step_s);
+        for step in 0..STOPPING_STEPS {
+            let target = if step == 0 { command } else { Twist::ZERO };
+            courses.step(self.robot, &[target.linear_mps; _], &[target.angular_radps; _], step_s);
+            for lane in 0..LATENCIES {
+                if self.hits.is_touched(courses.place(lane)) {
+                    let met = bump(self.hits, &courses, lane, (step + 1) as f32 * step_s);
                     if deepest.is_none_or(|deepest| met.depth_m > deepest.depth_m) {
                         deepest = Some(met);
                     }
                 }
-                if step > 0 && course.is_at_rest() {
-                    break;
-                }
+            }
+            if step > 0 && (0..LATENCIES).all(|lane| courses.is_at_rest(lane)) {
+                break;
             }
         }
         deepest
     }
 }
 
-fn bump(standing: &Standing, course: &Course, in_s: f32) -> Met {
-    let bump = standing.bump(course.place());
+/// What has become of a course.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    /// Nobody is near.
+    Free,
+    /// Somebody came close.
+    Close(Met),
+    /// Something was touched.
+    Ends(Met),
+}
+
+impl Way {
+    fn met(self) -> Option<Met> {
+        match self {
+            Way::Free => None,
+            Way::Close(met) | Way::Ends(met) => Some(met),
+        }
+    }
+}
+
+fn bump<const N: usize>(standing: &Standing, courses: &Courses<N>, lane: usize, in_s: f32) -> Met {
+    let bump = standing.bump(courses.place(lane));
     Met {
         hazard: Hazard::Standing,
         bearing_rad: libm::atan2f(bump.y_m, bump.x_m),
         in_s,
-        speed_mps: course.linear_mps().abs(),
+        speed_mps: courses.linear_mps(lane).abs(),
         depth_m: bump.depth_m,
         is_close: false,
     }

@@ -62,92 +62,151 @@ pub(super) struct UnderWay {
     pub(super) sent: Sent,
 }
 
-/// One after another: a target for the commands, and until which moment it stands.
+/// What follows on the command of now: a target until a moment, and another from then on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Manoeuvre {
-    /// Targets and the moments that they end with; the last one's is not looked at.
-    pub(super) phases: [(Twist, usize); 3],
+    pub(super) first: Twist,
+    pub(super) until: usize,
+    pub(super) then: Twist,
 }
 
-/// The robot at a moment of a course, in the robot frame of now.
+/// Robots on `N` courses side by side, in the robot frame of now.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course {
-    x_m: f32,
-    y_m: f32,
-    cos: f32,
-    sin: f32,
-    velocity: Twist,
-    /// Commands, newest first: those that the base has yet to obey.
-    commands: [Twist; SENT_COMMANDS + 1],
+pub(super) struct Courses<const N: usize> {
+    pub(super) x_m: [f32; N],
+    pub(super) y_m: [f32; N],
+    cos: [f32; N],
+    sin: [f32; N],
+    linear: Axis<N>,
+    angular: Axis<N>,
+    /// Steps by which each base obeys late...
+    late: [usize; N],
+    /// ...and the share of the difference to its target that it makes up in a step.
+    follow: [f32; N],
 }
 
-impl Course {
-    /// Where it is now.
-    pub(super) fn new(under_way: &UnderWay) -> Self {
-        let mut commands = [Twist::ZERO; SENT_COMMANDS + 1];
-        commands[..SENT_COMMANDS].copy_from_slice(&under_way.sent);
-        commands[SENT_COMMANDS] = under_way.sent[SENT_COMMANDS - 1];
-        Self { x_m: 0.0, y_m: 0.0, cos: 1.0, sin: 0.0, velocity: under_way.measured, commands }
+impl<const N: usize> Courses<N> {
+    /// Where the robot is now.
+    pub(super) fn new(under_way: &UnderWay, late: [usize; N], follow: [f32; N]) -> Self {
+        let sent = |part: fn(&Twist) -> f32| {
+            let mut commands = [[part(&under_way.sent[SENT_COMMANDS - 1]); N]; SENT_COMMANDS + 1];
+            for (command, sent) in commands.iter_mut().zip(&under_way.sent) {
+                *command = [part(sent); N];
+            }
+            commands
+        };
+        let UnderWay { measured, .. } = under_way;
+        Self {
+            x_m: [0.0; N],
+            y_m: [0.0; N],
+            cos: [1.0; N],
+            sin: [0.0; N],
+            linear: Axis { now: [measured.linear_mps; N], commands: sent(|twist| twist.linear_mps) },
+            angular: Axis { now: [measured.angular_radps; N], commands: sent(|twist| twist.angular_radps) },
+            late,
+            follow,
+        }
     }
 
-    /// Goes on for `step_s` with commands towards `target`, which the base obeys `latency` steps late, making up a share
-    /// `follow` of the difference in each step.
-    pub(super) fn step(&mut self, robot: &Robot, target: Twist, latency: usize, follow: f32, step_s: f32) {
-        let command = robot.ramped(self.commands[0], target, step_s);
-        self.commands.rotate_right(1);
-        self.commands[0] = command;
-        let obeyed = self.commands[latency.min(SENT_COMMANDS)];
-        let towards = |now: f32, to: f32| now + follow * (to - now);
-        let followed = Twist::new(
-            towards(self.velocity.linear_mps, obeyed.linear_mps),
-            towards(self.velocity.angular_radps, obeyed.angular_radps),
-        );
-        let next = robot.ramped(self.velocity, followed, step_s);
-        let mean = Twist::new(
-            0.5 * (self.velocity.linear_mps + next.linear_mps),
-            0.5 * (self.velocity.angular_radps + next.angular_radps),
-        );
-        self.velocity = next;
-        let way_m = mean.linear_mps * step_s;
-        let (half_sin, half_cos) = small_sincos(0.5 * mean.angular_radps * step_s);
-        // The chord of the arc points half of the turn away from the heading.
-        let (cos, sin) = turned(self.cos, self.sin, half_cos, half_sin);
-        self.x_m += way_m * cos;
-        self.y_m += way_m * sin;
-        (self.cos, self.sin) = turned(cos, sin, half_cos, half_sin);
+    /// `M` of them that go on from one of these.
+    pub(super) fn split<const M: usize>(&self, lane: usize) -> Courses<M> {
+        Courses {
+            x_m: [self.x_m[lane]; M],
+            y_m: [self.y_m[lane]; M],
+            cos: [self.cos[lane]; M],
+            sin: [self.sin[lane]; M],
+            linear: self.linear.split(lane),
+            angular: self.angular.split(lane),
+            late: [self.late[lane]; M],
+            follow: [self.follow[lane]; M],
+        }
     }
 
-    /// Where, m.
-    pub(super) fn place(&self) -> (f32, f32) {
-        (self.x_m, self.y_m)
+    /// Goes on for `step_s` with commands towards these targets, m/s and rad/s, within the robot's acceleration limits.
+    pub(super) fn step(&mut self, robot: &Robot, linear_mps: &[f32; N], angular_radps: &[f32; N], step_s: f32) {
+        let (late, follow) = (&self.late, &self.follow);
+        let linear_mps = self.linear.step(linear_mps, late, follow, robot.linear_acceleration_mps2 * step_s);
+        let angular_radps =
+            self.angular.step(angular_radps, late, follow, robot.angular_acceleration_radps2 * step_s);
+        for lane in 0..N {
+            let way_m = linear_mps[lane] * step_s;
+            let (half_sin, half_cos) = small_sincos(0.5 * angular_radps[lane] * step_s);
+            // The chord of the arc points half of the turn away from the heading.
+            let (cos, sin) = turned(self.cos[lane], self.sin[lane], half_cos, half_sin);
+            self.x_m[lane] += way_m * cos;
+            self.y_m[lane] += way_m * sin;
+            (self.cos[lane], self.sin[lane]) = turned(cos, sin, half_cos, half_sin);
+        }
     }
 
-    /// Speed along the heading, m/s.
-    pub(super) fn linear_mps(&self) -> f32 {
-        self.velocity.linear_mps
+    /// Where one of them is, m.
+    pub(super) fn place(&self, lane: usize) -> (f32, f32) {
+        (self.x_m[lane], self.y_m[lane])
     }
 
-    /// Velocity, m/s.
-    pub(super) fn velocity_mps(&self) -> (f32, f32) {
-        (self.velocity.linear_mps * self.cos, self.velocity.linear_mps * self.sin)
+    /// Its speed along the heading, m/s.
+    pub(super) fn linear_mps(&self, lane: usize) -> f32 {
+        self.linear.now[lane]
+    }
+
+    /// Its velocity, m/s.
+    pub(super) fn velocity_mps(&self, lane: usize) -> (f32, f32) {
+        (self.linear.now[lane] * self.cos[lane], self.linear.now[lane] * self.sin[lane])
     }
 
     /// Whether it stands, and no command will change that.
-    pub(super) fn is_at_rest(&self) -> bool {
-        self.velocity.linear_mps.abs() < REST_MPS
-            && self.commands.iter().all(|command| command.linear_mps.abs() < REST_MPS)
+    pub(super) fn is_at_rest(&self, lane: usize) -> bool {
+        let rests = |mps: f32| mps.abs() < REST_MPS;
+        rests(self.linear.now[lane]) && self.linear.commands.iter().all(|command| rests(command[lane]))
     }
+}
+
+/// Speeds or turning rates of the bases, and the commands that they have yet to obey, newest first.
+#[derive(Clone, Copy, Debug)]
+struct Axis<const N: usize> {
+    now: [f32; N],
+    commands: [[f32; N]; SENT_COMMANDS + 1],
+}
+
+impl<const N: usize> Axis<N> {
+    fn split<const M: usize>(&self, lane: usize) -> Axis<M> {
+        Axis { now: [self.now[lane]; M], commands: self.commands.map(|command| [command[lane]; M]) }
+    }
+
+    /// The means over a step in which commands and bases change by no more than `change`.
+    fn step(&mut self, targets: &[f32; N], late: &[usize; N], follow: &[f32; N], change: f32) -> [f32; N] {
+        let mut means = [0.0; N];
+        self.commands.rotate_right(1);
+        for lane in 0..N {
+            let last = self.commands[1][lane];
+            let command = within(targets[lane], last, change);
+            self.commands[0][lane] = command;
+            let mut obeyed = command;
+            for (steps, command) in self.commands.iter().enumerate() {
+                obeyed = if late[lane] == steps { command[lane] } else { obeyed };
+            }
+            let now = self.now[lane];
+            let next = within(now + follow[lane] * (obeyed - now), now, change);
+            means[lane] = 0.5 * (now + next);
+            self.now[lane] = next;
+        }
+        means
+    }
+}
+
+/// As near to a target as a change from the last value allows; as [`Robot::ramped`], without its branches.
+fn within(target: f32, last: f32, change: f32) -> f32 {
+    target.max(last - change).min(last + change)
 }
 
 fn turned(cos: f32, sin: f32, by_cos: f32, by_sin: f32) -> (f32, f32) {
     (cos * by_cos - sin * by_sin, sin * by_cos + cos * by_sin)
 }
 
-/// Sine and cosine; for the small turns of a step a few multiplications.
+/// Sine and cosine of the half turn of a step: to 1e-6 up to 0.5 rad, to 1e-3 up to 1.3 rad.
 fn small_sincos(angle_rad: f32) -> (f32, f32) {
-    if angle_rad.abs() > 0.25 {
-        return libm::sincosf(angle_rad);
-    }
     let square = angle_rad * angle_rad;
-    (angle_rad * (1.0 - square / 6.0), 1.0 - square * (0.5 - square / 24.0))
+    let sin = angle_rad * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)));
+    let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
+    (sin, cos)
 }

@@ -2,6 +2,7 @@
 
 use super::motion::{Clock, MOMENTS};
 use crate::geometry::{Point, Pose, Vector};
+use crate::task::Robot;
 
 /// Kept free around everybody, m...
 const MARGIN_M: f32 = 0.05;
@@ -11,6 +12,8 @@ const GROWTH_MPS: f32 = 0.1;
 const GROWTH_MAX_M: f32 = 0.1;
 /// ...and beside that, where it can be had, m.
 const SPARE_M: f32 = 0.2;
+/// A robot is no faster than this many times its limit.
+const FASTER: f32 = 1.2;
 /// So many of those who move are looked at, the nearest first.
 pub(super) const PEOPLE_MAX: usize = 16;
 
@@ -36,15 +39,17 @@ pub(super) struct People {
     /// The same with room to spare.
     wide2_m2: [[f32; PEOPLE_MAX]; MOMENTS + 1],
     velocity: [(f32, f32); PEOPLE_MAX],
+    /// Whom the robot can come near to on the way to each moment: a bit each.
+    in_reach: [u32; MOMENTS + 1],
 }
 
-/// Who is near the robot on a piece of its way.
+/// Who is near the robots on pieces of their courses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Nearness {
+pub(super) struct Nearness<const N: usize> {
     /// Who is touched.
-    pub(super) touched: Option<usize>,
+    pub(super) touched: [Option<u8>; N],
     /// Who comes nearer than with room to spare.
-    pub(super) close: Option<usize>,
+    pub(super) close: [Option<u8>; N],
 }
 
 impl People {
@@ -57,6 +62,7 @@ impl People {
             reach2_m2: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
             wide2_m2: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
             velocity: [(0.0, 0.0); PEOPLE_MAX],
+            in_reach: [0; MOMENTS + 1],
         }
     }
 
@@ -66,11 +72,12 @@ impl People {
         movers: &[Mover],
         pose: Pose,
         clock: &Clock,
-        robot_radius_m: f32,
+        robot: &Robot,
         far_m: f32,
     ) {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
+        self.in_reach = [0; MOMENTS + 1];
         for mover in movers {
             let (dx, dy) = (mover.position.x - pose.x_m, mover.position.y - pose.y_m);
             let (x, y) = (cos * dx + sin * dy, cos * dy - sin * dx);
@@ -89,29 +96,47 @@ impl People {
                 self.x_m[moment][at] = x + vx * ahead_s;
                 self.y_m[moment][at] = y + vy * ahead_s;
                 let growth_m = (GROWTH_MPS * ahead_s).min(GROWTH_MAX_M);
-                let reach_m = robot_radius_m + mover.radius_m + MARGIN_M + growth_m;
+                let reach_m = robot.radius_m + mover.radius_m + MARGIN_M + growth_m;
                 // Who is nearer already may not come nearer still.
                 self.reach2_m2[moment][at] = (reach_m * reach_m).min(present_m2 * 0.999);
                 let wide_m = reach_m + SPARE_M;
                 self.wide2_m2[moment][at] = (wide_m * wide_m).min(present_m2 * 0.999);
+                let (ax, ay) = self.place(moment.saturating_sub(1), at);
+                let nearest2_m2 = nearest2_to_origin(ax, ay, self.x_m[moment][at], self.y_m[moment][at]);
+                let way_m = wide_m + FASTER * robot.linear_max_mps * ahead_s;
+                self.in_reach[moment] |= u32::from(nearest2_m2 < way_m * way_m) << at;
             }
             self.count += 1;
         }
     }
 
-    /// Who is near while the robot goes from one place of the robot frame at the moment before to another at `moment` (1
+    /// Who is near while robots go from places of the robot frame, x and y, at the moment before to others at `moment` (1
     /// is the first after now).
-    pub(super) fn nearness(&self, moment: usize, from: (f32, f32), to: (f32, f32)) -> Nearness {
-        let mut nearness = Nearness { touched: None, close: None };
-        for at in 0..self.count {
-            let (ax, ay) = (self.x_m[moment - 1][at] - from.0, self.y_m[moment - 1][at] - from.1);
-            let (bx, by) = (self.x_m[moment][at] - to.0, self.y_m[moment][at] - to.1);
-            let nearest2_m2 = nearest2_to_origin(ax, ay, bx, by);
-            if nearest2_m2 < self.wide2_m2[moment][at] {
-                nearness.close = nearness.close.or(Some(at));
+    pub(super) fn nearness<const N: usize>(
+        &self,
+        moment: usize,
+        from: &([f32; N], [f32; N]),
+        to: &([f32; N], [f32; N]),
+    ) -> Nearness<N> {
+        let mut nearness = Nearness { touched: [None; N], close: [None; N] };
+        for at in (0..self.count).filter(|at| self.in_reach[moment] >> at & 1 == 1) {
+            let (before, now) = (self.place(moment - 1, at), self.place(moment, at));
+            let (wide2_m2, reach2_m2) = (self.wide2_m2[moment][at], self.reach2_m2[moment][at]);
+            let mut nearest2_m2 = [0.0; N];
+            let mut is_near = false;
+            for lane in 0..N {
+                let (ax, ay) = (before.0 - from.0[lane], before.1 - from.1[lane]);
+                let (bx, by) = (now.0 - to.0[lane], now.1 - to.1[lane]);
+                nearest2_m2[lane] = nearest2_to_origin(ax, ay, bx, by);
+                is_near |= nearest2_m2[lane] < wide2_m2;
             }
-            if nearest2_m2 < self.reach2_m2[moment][at] {
-                nearness.touched = nearness.touched.or(Some(at));
+            if !is_near {
+                continue;
+            }
+            for lane in 0..N {
+                let note = |who: &mut Option<u8>, is_so: bool| *who = who.or(is_so.then_some(at as u8));
+                note(&mut nearness.close[lane], nearest2_m2[lane] < wide2_m2);
+                note(&mut nearness.touched[lane], nearest2_m2[lane] < reach2_m2);
             }
         }
         nearness
@@ -136,8 +161,8 @@ impl People {
 /// Squared distance of the origin from the segment a-b.
 fn nearest2_to_origin(ax: f32, ay: f32, bx: f32, by: f32) -> f32 {
     let (dx, dy) = (bx - ax, by - ay);
-    let length2 = dx * dx + dy * dy;
-    let share = if length2 > 1e-12 { (-(ax * dx + ay * dy) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    let length2 = (dx * dx + dy * dy).max(1e-12);
+    let share = (-(ax * dx + ay * dy) / length2).max(0.0).min(1.0);
     let (x, y) = (ax + share * dx, ay + share * dy);
     x * x + y * y
 }

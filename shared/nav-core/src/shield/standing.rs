@@ -1,5 +1,6 @@
 //! What stands around the robot: the nearest hit in each of a fixed number of sectors, over the scans of the last moment.
 
+use super::grid::Grid;
 use crate::geometry::{Point, Pose};
 use crate::messages::MAX_BEAMS;
 use crate::scan::beams::Beams;
@@ -70,6 +71,7 @@ pub(super) struct Standing {
     /// Squared distance of the robot's centre below which each counts as touched, m².
     reach2_m2: [f32; POINTS],
     count: usize,
+    grid: Grid,
 }
 
 /// What a robot is too near to.
@@ -91,6 +93,7 @@ impl Standing {
             y_m: [0.0; POINTS],
             reach2_m2: [0.0; POINTS],
             count: 0,
+            grid: Grid::new(),
         }
     }
 
@@ -131,6 +134,7 @@ impl Standing {
     pub(super) fn lay_out(&mut self, pose: Pose, radius_m: f32, edge_rad: f32, far_m: f32) {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
+        self.grid.clear(far_m + radius_m + MARGIN_M + edge_rad * far_m);
         for seen in self.seen.iter().flatten().flatten() {
             let (dx, dy) = (seen.point.x - pose.x_m, seen.point.y - pose.y_m);
             let range2_m2 = dx * dx + dy * dy;
@@ -142,6 +146,7 @@ impl Standing {
             self.y_m[at] = cos * dy - sin * dx;
             let reach_m = radius_m + MARGIN_M + edge_rad * libm::sqrtf(range2_m2);
             self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
+            self.grid.draw((self.x_m[at], self.y_m[at]), reach_m);
             self.count += 1;
         }
         // Whole groups for the loops below; what fills up touches nothing.
@@ -154,6 +159,9 @@ impl Standing {
 
     /// Whether the robot's centre at a place of the robot frame is too near to something.
     pub(super) fn is_touched(&self, (x_m, y_m): (f32, f32)) -> bool {
+        if !self.grid.may_touch((x_m, y_m)) {
+            return false;
+        }
         let (xs, ys) =
             (self.x_m[..self.count].chunks_exact(LANES), self.y_m[..self.count].chunks_exact(LANES));
         for ((xs, ys), reaches) in xs.zip(ys).zip(self.reach2_m2[..self.count].chunks_exact(LANES)) {
