@@ -35,7 +35,7 @@ mod standing;
 pub use self::people::Mover;
 pub use self::standing::MARGIN_M;
 
-use self::danger::Danger;
+use self::danger::{Danger, Obstacles};
 use self::motion::{Clock, UnderWay};
 use self::people::People;
 use self::standing::{Sectors, Standing};
@@ -224,13 +224,19 @@ impl Shield {
             robot: &self.robot,
             clock: &self.clock,
             latency: self.latency,
-            hits: &self.hits,
-            walls: &self.walls,
+            hits: Obstacles { points: &self.hits, grid: None },
+            walls: Obstacles { points: &self.walls, grid: None },
             people: &self.people,
             under_way: UnderWay { measured, sent: *sent },
         };
         let wish = self.robot.limited(wish);
         let Some(met) = danger.of(wish) else { return (wish, None) };
+        let (hits, walls) = (self.hits.grid(), self.walls.grid());
+        let danger = Danger {
+            hits: Obstacles { points: &self.hits, grid: Some(&hits) },
+            walls: Obstacles { points: &self.walls, grid: Some(&walls) },
+            ..danger
+        };
         let mut best = (danger.cost(&met), wish, true);
         for (away, candidate) in self.candidates(wish, may_advance) {
             // The nearest come first.

@@ -1,5 +1,6 @@
 //! What a command leads to: what the robot could no longer stop before, and whom it meets.
 
+use super::grid::Grid;
 use super::motion::{Clock, Courses, MOMENTS, Manoeuvre, UnderWay};
 use super::people::People;
 use super::standing::Standing;
@@ -41,14 +42,28 @@ impl Met {
     }
 }
 
+/// What stands.
+#[derive(Clone, Copy)]
+pub(super) struct Obstacles<'a> {
+    pub(super) points: &'a Standing,
+    /// A map of them, where many questions follow.
+    pub(super) grid: Option<&'a Grid>,
+}
+
+impl Obstacles<'_> {
+    fn are_touched(&self, place: (f32, f32)) -> bool {
+        self.grid.is_none_or(|grid| grid.may_touch(place)) && self.points.is_touched(place)
+    }
+}
+
 /// All that the danger of a command depends on.
 pub(super) struct Danger<'a> {
     pub(super) robot: &'a Robot,
     pub(super) clock: &'a Clock,
     /// Fine steps by which the base usually obeys late.
     pub(super) latency: usize,
-    pub(super) hits: &'a Standing,
-    pub(super) walls: &'a Standing,
+    pub(super) hits: Obstacles<'a>,
+    pub(super) walls: Obstacles<'a>,
     pub(super) people: &'a People,
     pub(super) under_way: UnderWay,
 }
@@ -112,6 +127,9 @@ impl Danger<'_> {
         if let Way::Ends(met) = so_far {
             return Some(met);
         }
+        if self.is_free_straight_on(held.split(0), so_far, command) {
+            return None;
+        }
         let ways_on = self.ways_on(command);
         let mut courses: Courses<WAYS> = held.split(0);
         let mut ways = [so_far; WAYS];
@@ -138,6 +156,17 @@ impl Danger<'_> {
         best
     }
 
+    /// Whether nobody comes near on the plainest of the ways; mostly that is so, and the others need not be looked at.
+    fn is_free_straight_on(&self, mut course: Courses<1>, so_far: Way, command: Twist) -> bool {
+        let mut way = [so_far];
+        let mut moment = HELD;
+        while moment < MOMENTS && matches!(way, [Way::Free]) {
+            self.advance(&mut course, &mut way, &[command.linear_mps], &[0.0], moment);
+            moment += 1;
+        }
+        matches!(way, [Way::Free])
+    }
+
     /// Lets the courses that have not ended go on to a moment.
     fn advance<const N: usize>(
         &self,
@@ -161,8 +190,8 @@ impl Danger<'_> {
             if let (Some(person), Way::Free) = (near.close[lane], &way) {
                 *way = Way::Close(self.meeting(courses, lane, moment, person.into(), true));
             }
-            if self.walls.is_touched(courses.place(lane)) {
-                *way = Way::Ends(bump(self.walls, courses, lane, self.clock.at_s[moment]));
+            if self.walls.are_touched(courses.place(lane)) {
+                *way = Way::Ends(bump(self.walls.points, courses, lane, self.clock.at_s[moment]));
             }
         }
     }
@@ -200,8 +229,8 @@ impl Danger<'_> {
             let target = if step == 0 { command } else { Twist::ZERO };
             courses.step(self.robot, &[target.linear_mps; _], &[target.angular_radps; _], step_s);
             for lane in 0..LATENCIES {
-                if self.hits.is_touched(courses.place(lane)) {
-                    let met = bump(self.hits, &courses, lane, (step + 1) as f32 * step_s);
+                if self.hits.are_touched(courses.place(lane)) {
+                    let met = bump(self.hits.points, &courses, lane, (step + 1) as f32 * step_s);
                     if deepest.is_none_or(|deepest| met.depth_m > deepest.depth_m) {
                         deepest = Some(met);
                     }

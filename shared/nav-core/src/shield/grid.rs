@@ -1,28 +1,22 @@
 //! A coarse map of where nothing is touched: most places of a course are told apart from the others by one bit.
 
 /// Cells along each side.
-const CELLS: usize = 128;
+const CELLS: usize = 64;
 
 /// A square around the robot, in the robot frame of now. A cell without its bit touches nothing; one with it may.
-#[derive(Clone, Debug)]
 pub(super) struct Grid {
-    rows: [u128; CELLS],
+    rows: [u64; CELLS],
     /// Cells whose middle discs were drawn around already.
-    drawn: [u128; CELLS],
+    drawn: [u64; CELLS],
     half_m: f32,
     cells_per_m: f32,
 }
 
 impl Grid {
-    /// Without a bit.
-    pub(super) fn new() -> Self {
-        Self { rows: [0; CELLS], drawn: [0; CELLS], half_m: 1.0, cells_per_m: CELLS as f32 / 2.0 }
-    }
-
-    /// Wipes it, and lets it reach so far from the robot, m.
-    pub(super) fn clear(&mut self, half_m: f32) {
-        (self.rows, self.drawn) = ([0; CELLS], [0; CELLS]);
-        (self.half_m, self.cells_per_m) = (half_m, CELLS as f32 / (2.0 * half_m));
+    /// Without a bit, reaching so far from the robot, m.
+    pub(super) fn new(half_m: f32) -> Self {
+        let cells_per_m = CELLS as f32 / (2.0 * half_m);
+        Self { rows: [0; CELLS], drawn: [0; CELLS], half_m, cells_per_m }
     }
 
     /// Marks a disc. One whose centre lies in the same cell as another's before is taken for no larger than that.
@@ -34,7 +28,7 @@ impl Grid {
         }
         self.drawn[row] |= 1 << column;
         // Wherever in its cells the centre and a place that is asked for lie, and the others that are left out.
-        let radius = radius_m * self.cells_per_m + 2.0;
+        let radius = radius_m * self.cells_per_m + 3.0;
         let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
         let first = (y - radius).max(0.0) as usize;
         let last = ((y + radius) as usize).min(CELLS - 1);
@@ -43,7 +37,7 @@ impl Grid {
             let reach = libm::sqrtf((radius * radius - off * off).max(0.0));
             let from = (x - reach).max(0.0) as u32;
             let to = ((x + reach) as u32).min(CELLS as u32 - 1);
-            *bits |= (u128::MAX << from) & (u128::MAX >> (CELLS as u32 - 1 - to));
+            *bits |= (u64::MAX << from) & (u64::MAX >> (CELLS as u32 - 1 - to));
         }
     }
 

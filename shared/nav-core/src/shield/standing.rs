@@ -71,7 +71,8 @@ pub(super) struct Standing {
     /// Squared distance of the robot's centre below which each counts as touched, m².
     reach2_m2: [f32; POINTS],
     count: usize,
-    grid: Grid,
+    /// How far away the last of them may be touched, m.
+    reach_m: f32,
 }
 
 /// What a robot is too near to.
@@ -93,7 +94,7 @@ impl Standing {
             y_m: [0.0; POINTS],
             reach2_m2: [0.0; POINTS],
             count: 0,
-            grid: Grid::new(),
+            reach_m: 0.0,
         }
     }
 
@@ -134,7 +135,7 @@ impl Standing {
     pub(super) fn lay_out(&mut self, pose: Pose, radius_m: f32, edge_rad: f32, far_m: f32) {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
-        self.grid.clear(far_m + radius_m + MARGIN_M + edge_rad * far_m);
+        self.reach_m = far_m + radius_m + MARGIN_M + edge_rad * far_m;
         for seen in self.seen.iter().flatten().flatten() {
             let (dx, dy) = (seen.point.x - pose.x_m, seen.point.y - pose.y_m);
             let range2_m2 = dx * dx + dy * dy;
@@ -146,7 +147,6 @@ impl Standing {
             self.y_m[at] = cos * dy - sin * dx;
             let reach_m = radius_m + MARGIN_M + edge_rad * libm::sqrtf(range2_m2);
             self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
-            self.grid.draw((self.x_m[at], self.y_m[at]), reach_m);
             self.count += 1;
         }
         // Whole groups for the loops below; what fills up touches nothing.
@@ -157,11 +157,17 @@ impl Standing {
         }
     }
 
+    /// A map of them, for who asks often.
+    pub(super) fn grid(&self) -> Grid {
+        let mut grid = Grid::new(self.reach_m);
+        for at in 0..self.count {
+            grid.draw((self.x_m[at], self.y_m[at]), libm::sqrtf(self.reach2_m2[at]));
+        }
+        grid
+    }
+
     /// Whether the robot's centre at a place of the robot frame is too near to something.
     pub(super) fn is_touched(&self, (x_m, y_m): (f32, f32)) -> bool {
-        if !self.grid.may_touch((x_m, y_m)) {
-            return false;
-        }
         let (xs, ys) =
             (self.x_m[..self.count].chunks_exact(LANES), self.y_m[..self.count].chunks_exact(LANES));
         for ((xs, ys), reaches) in xs.zip(ys).zip(self.reach2_m2[..self.count].chunks_exact(LANES)) {
