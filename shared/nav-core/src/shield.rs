@@ -53,6 +53,8 @@ use heapless::Vec;
 const SPEEDS: usize = 5;
 /// Turning rates that are tried, from one limit to the other.
 const TURNS: usize = 9;
+/// So many of them at most, which bounds the work of a tick.
+const TRIED: usize = 24;
 /// What a wish's whole speed is worth...
 const SPEED_COST: f32 = 0.5;
 /// ...its whole turning rate, from straight to the limit...
@@ -230,7 +232,7 @@ impl Shield {
             under_way: UnderWay { measured, sent: *sent },
         };
         let wish = self.robot.limited(wish);
-        let Some(met) = danger.of(wish) else { return (wish, None) };
+        let Some(met) = danger.of(wish, f32::INFINITY) else { return (wish, None) };
         let (hits, walls) = (self.hits.grid(), self.walls.grid());
         let danger = Danger {
             hits: Obstacles { points: &self.hits, grid: Some(&hits) },
@@ -238,15 +240,19 @@ impl Shield {
             ..danger
         };
         let mut best = (danger.cost(&met), wish, true);
+        let mut tried = 0;
         for (away, candidate) in self.candidates(wish, may_advance) {
-            // The nearest come first.
             if away >= best.0 {
-                break;
+                continue;
             }
-            let met = danger.of(candidate);
+            let met = danger.of(candidate, best.0 - away);
             let cost = away + met.as_ref().map_or(0.0, |met| danger.cost(met));
             if cost < best.0 {
                 best = (cost, candidate, met.is_some_and(|met| !met.is_close));
+            }
+            tried += 1;
+            if tried == TRIED {
+                break;
             }
         }
         let (_, command, is_forced) = best;
@@ -258,22 +264,24 @@ impl Shield {
         (command, Some(met.intervention(is_forced)))
     }
 
-    /// Commands that are tried, and how far from the wish each of them is: the nearest first.
+    /// Commands to be tried, and how far from the wish each of them is: every second of the lattice first, and of these
+    /// and the others the nearest first.
     fn candidates(&self, wish: Twist, may_advance: bool) -> Vec<(f32, Twist), { SPEEDS * TURNS }> {
         let robot = &self.robot;
-        let mut candidates = Vec::new();
+        let mut candidates: Vec<_, { SPEEDS * TURNS }> = Vec::new();
         for speed in 0..if may_advance { SPEEDS } else { 1 } {
             for turn in 0..TURNS {
                 let linear_mps = robot.linear_max_mps * speed as f32 / (SPEEDS - 1) as f32;
                 let angular_radps = robot.angular_max_radps * (2.0 * turn as f32 / (TURNS - 1) as f32 - 1.0);
                 let away = SPEED_COST * (linear_mps - wish.linear_mps).abs() / robot.linear_max_mps
                     + TURN_COST * (angular_radps - wish.angular_radps).abs() / robot.angular_max_radps;
+                let is_between = speed % 2 + turn % 2 > 0;
                 // There is room for all.
-                let _ = candidates.push((away, Twist::new(linear_mps, angular_radps)));
+                let _ = candidates.push((is_between, away, Twist::new(linear_mps, angular_radps)));
             }
         }
-        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        candidates
+        candidates.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        candidates.into_iter().map(|(_, away, candidate)| (away, candidate)).collect()
     }
 
     /// Everybody who is followed.

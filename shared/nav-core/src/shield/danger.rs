@@ -1,7 +1,7 @@
 //! What a command leads to: what the robot could no longer stop before, and whom it meets.
 
 use super::grid::Grid;
-use super::motion::{Clock, Courses, MOMENTS, Manoeuvre, UnderWay};
+use super::motion::{Clock, Courses, FINE_MOMENTS, MOMENTS, Manoeuvre, UnderWay};
 use super::people::People;
 use super::standing::Standing;
 use super::{CLOSE_COST, Hazard, Intervention, STANDING_COST, TOUCH_COST};
@@ -11,7 +11,7 @@ use crate::twist::Twist;
 use core::f32::consts::FRAC_PI_2;
 
 /// Moments for which the command of now is held before another follows: so early is something done about people.
-const HELD: usize = 8;
+const HELD: usize = FINE_MOMENTS;
 /// Share of the difference to its target that a slow base makes up in a fine step: a lag of 0.15 s.
 const SLOW_FOLLOW: f32 = 0.5;
 /// Ways to go on.
@@ -72,12 +72,13 @@ impl Danger<'_> {
     /// Steps by which the base may obey late and still stop in time.
     pub(super) const LATENCY_MAX: usize = SENT_COMMANDS;
 
-    /// What is met if this is commanded now, on the best of the ways to go on; `None` where one is free.
-    pub(super) fn of(&self, command: Twist) -> Option<Met> {
+    /// What is met if this is commanded now, on the best of the ways to go on; `None` where one is free. A command that
+    /// is found to cost no less than `limit` is not looked at any further.
+    pub(super) fn of(&self, command: Twist, limit: f32) -> Option<Met> {
         if let Some(met) = self.stopping(command) {
             return Some(met);
         }
-        if self.people.is_empty() { None } else { self.going_on(command) }
+        if self.people.is_empty() { None } else { self.going_on(command, limit) }
     }
 
     /// What meeting this is worth.
@@ -97,7 +98,7 @@ impl Danger<'_> {
         // At the fastest turning rate.
         let quarter = self.clock.moments_within(FRAC_PI_2 / w);
         let eighth = self.clock.moments_within(0.5 * FRAC_PI_2 / w);
-        let long = (HELD + 4).max(quarter);
+        let long = (HELD + 3).max(quarter);
         let straight_on = Twist::new(command.linear_mps, 0.0);
         let fast = Twist::new(v, 0.0);
         [
@@ -117,15 +118,17 @@ impl Danger<'_> {
     }
 
     /// What is touched first on the way that lasts longest, or who comes close on it.
-    fn going_on(&self, command: Twist) -> Option<Met> {
+    fn going_on(&self, command: Twist, limit: f32) -> Option<Met> {
         let mut held = Courses::<1>::new(&self.under_way, [self.latency], [1.0]);
         let mut so_far = [Way::Free];
         for moment in 0..HELD {
             self.advance(&mut held, &mut so_far, &[command.linear_mps], &[command.angular_radps], moment);
         }
         let [so_far] = so_far;
-        if let Way::Ends(met) = so_far {
-            return Some(met);
+        match so_far {
+            Way::Ends(met) => return Some(met),
+            Way::Close(met) if self.cost(&met) >= limit => return Some(met),
+            Way::Close(_) | Way::Free => {}
         }
         if self.is_free_straight_on(held.split(0), so_far, command) {
             return None;
@@ -141,7 +144,7 @@ impl Danger<'_> {
             let linear_mps = core::array::from_fn(|lane| target(lane).linear_mps);
             let angular_radps = core::array::from_fn(|lane| target(lane).angular_radps);
             self.advance(&mut courses, &mut ways, &linear_mps, &angular_radps, moment);
-            if ways.iter().all(|way| matches!(way, Way::Ends(_))) {
+            if ways.iter().all(|way| self.costs_at_least(way, limit)) {
                 break;
             }
         }
@@ -154,6 +157,15 @@ impl Danger<'_> {
             }
         }
         best
+    }
+
+    /// Whether a way that may yet go on cannot cost less.
+    fn costs_at_least(&self, way: &Way, limit: f32) -> bool {
+        match way {
+            Way::Free => false,
+            Way::Close(met) => self.cost(met) >= limit,
+            Way::Ends(_) => true,
+        }
     }
 
     /// Whether nobody comes near on the plainest of the ways; mostly that is so, and the others need not be looked at.

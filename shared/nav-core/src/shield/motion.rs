@@ -5,9 +5,9 @@ use crate::task::Robot;
 use crate::twist::Twist;
 
 /// Moments at which a course is looked at, the present not among them.
-pub(super) const MOMENTS: usize = 20;
-/// So many of them follow each other at the fine step, the rest at three times that: 4 s in all at a period of 0.1 s.
-const FINE_MOMENTS: usize = 10;
+pub(super) const MOMENTS: usize = 16;
+/// So many of them follow each other at the fine step, the rest at four times that: 4 s in all at a period of 0.1 s.
+pub(super) const FINE_MOMENTS: usize = 8;
 /// Slower is standing, m/s.
 const REST_MPS: f32 = 0.02;
 /// The fine step is the control period, where that lies within these bounds, s.
@@ -30,7 +30,7 @@ impl Clock {
         let fine_s = part_s * libm::ceilf(FINE_STEP_S[0] / part_s).max(1.0);
         let (mut step_s, mut at_s, mut now_s) = ([0.0; MOMENTS], [0.0; MOMENTS], 0.0);
         for moment in 0..MOMENTS {
-            step_s[moment] = if moment < FINE_MOMENTS { fine_s } else { 3.0 * fine_s };
+            step_s[moment] = if moment < FINE_MOMENTS { fine_s } else { 4.0 * fine_s };
             now_s += step_s[moment];
             at_s[moment] = now_s;
         }
@@ -179,14 +179,16 @@ impl<const N: usize> Axis<N> {
         self.commands.rotate_right(1);
         for lane in 0..N {
             let last = self.commands[1][lane];
-            let command = within(targets[lane], last, change);
-            self.commands[0][lane] = command;
-            let mut obeyed = command;
-            for (steps, command) in self.commands.iter().enumerate() {
-                obeyed = if late[lane] == steps { command[lane] } else { obeyed };
-            }
+            self.commands[0][lane] = within(targets[lane], last, change);
+        }
+        let obeyed = if late.iter().all(|steps| *steps == late[0]) {
+            self.commands[late[0]]
+        } else {
+            core::array::from_fn(|lane| self.commands[late[lane]][lane])
+        };
+        for lane in 0..N {
             let now = self.now[lane];
-            let next = within(now + follow[lane] * (obeyed - now), now, change);
+            let next = within(now + follow[lane] * (obeyed[lane] - now), now, change);
             means[lane] = 0.5 * (now + next);
             self.now[lane] = next;
         }
