@@ -11,7 +11,7 @@ use crate::twist::Twist;
 use core::f32::consts::FRAC_PI_2;
 
 /// Moments for which the command of now is held before another follows: so early is something done about people.
-const HELD: usize = FINE_MOMENTS;
+const HELD: usize = 8;
 /// Share of the difference to its target that a slow base makes up in a fine step: a lag of 0.15 s.
 const SLOW_FOLLOW: f32 = 0.5;
 /// Ways to go on.
@@ -98,7 +98,7 @@ impl Danger<'_> {
         // At the fastest turning rate.
         let quarter = self.clock.moments_within(FRAC_PI_2 / w);
         let eighth = self.clock.moments_within(0.5 * FRAC_PI_2 / w);
-        let long = (HELD + 3).max(quarter);
+        let long = (HELD + 4).max(quarter);
         let straight_on = Twist::new(command.linear_mps, 0.0);
         let fast = Twist::new(v, 0.0);
         [

@@ -5,9 +5,9 @@ use crate::task::Robot;
 use crate::twist::Twist;
 
 /// Moments at which a course is looked at, the present not among them.
-pub(super) const MOMENTS: usize = 16;
+pub(super) const MOMENTS: usize = 20;
 /// So many of them follow each other at the fine step, the rest at four times that: 4 s in all at a period of 0.1 s.
-pub(super) const FINE_MOMENTS: usize = 8;
+pub(super) const FINE_MOMENTS: usize = 10;
 /// Slower is standing, m/s.
 const REST_MPS: f32 = 0.02;
 /// The fine step is the control period, where that lies within these bounds, s.
@@ -30,7 +30,7 @@ impl Clock {
         let fine_s = part_s * libm::ceilf(FINE_STEP_S[0] / part_s).max(1.0);
         let (mut step_s, mut at_s, mut now_s) = ([0.0; MOMENTS], [0.0; MOMENTS], 0.0);
         for moment in 0..MOMENTS {
-            step_s[moment] = if moment < FINE_MOMENTS { fine_s } else { 4.0 * fine_s };
+            step_s[moment] = if moment < FINE_MOMENTS { fine_s } else { 3.0 * fine_s };
             now_s += step_s[moment];
             at_s[moment] = now_s;
         }
