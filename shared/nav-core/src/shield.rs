@@ -51,8 +51,11 @@ use heapless::Vec;
 
 /// Forward speeds that are tried, from standing to the fastest.
 const SPEEDS: usize = 5;
+/// Speeds backwards, likewise, for a robot that can.
+const SPEEDS_BACK: usize = 3;
 /// Turning rates that are tried, from one limit to the other.
 const TURNS: usize = 9;
+const CANDIDATES: usize = (SPEEDS + SPEEDS_BACK - 1) * TURNS;
 /// So many of them at most, which bounds the work of a tick.
 const TRIED: usize = 24;
 /// What a wish's whole speed is worth...
@@ -108,6 +111,15 @@ impl fmt::Display for Intervention {
         let forced = if self.is_forced { ", no safe way" } else { "" };
         write!(f, "shield: {what} {side}, {:.1} s{forced}", self.in_s)
     }
+}
+
+/// Where the robot may drive: not where something touches it, or nothing is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Open {
+    /// Forward.
+    pub ahead: bool,
+    /// Backwards.
+    pub behind: bool,
 }
 
 /// The gate.
@@ -214,13 +226,13 @@ impl Shield {
     }
 
     /// The safe command nearest to `wish`, and why, if it is another. `sent` are the last commands, newest first, `measured`
-    /// what the base does; where the robot may not drive forward (`may_advance`), only turning and standing are tried.
+    /// what the base does; where the way is not `open`, nothing is tried that leads there.
     pub fn filter(
         &self,
         wish: Twist,
         measured: Twist,
         sent: &Sent,
-        may_advance: bool,
+        open: Open,
     ) -> (Twist, Option<Intervention>) {
         let danger = Danger {
             robot: &self.robot,
@@ -241,7 +253,7 @@ impl Shield {
         };
         let mut best = (danger.cost(&met), wish, true);
         let mut tried = 0;
-        for (away, candidate) in self.candidates(wish, may_advance) {
+        for (away, candidate) in self.candidates(wish, open) {
             if away >= best.0 {
                 continue;
             }
@@ -266,13 +278,18 @@ impl Shield {
 
     /// Commands to be tried, and how far from the wish each of them is: every second of the lattice first, and of these
     /// and the others the nearest first.
-    fn candidates(&self, wish: Twist, may_advance: bool) -> Vec<(f32, Twist), { SPEEDS * TURNS }> {
+    fn candidates(&self, wish: Twist, open: Open) -> Vec<(f32, Twist), CANDIDATES> {
         let robot = &self.robot;
-        let mut candidates: Vec<_, { SPEEDS * TURNS }> = Vec::new();
-        for speed in 0..if may_advance { SPEEDS } else { 1 } {
+        let mut candidates: Vec<_, CANDIDATES> = Vec::new();
+        let share = |part: usize, parts: usize| part as f32 / (parts - 1) as f32;
+        let ahead =
+            (1..SPEEDS).filter(|_| open.ahead).map(|part| (part, robot.linear_max_mps * share(part, SPEEDS)));
+        let behind = (1..SPEEDS_BACK)
+            .filter(|_| open.behind && robot.reverses())
+            .map(|part| (part, robot.linear_min_mps * share(part, SPEEDS_BACK)));
+        for (speed, linear_mps) in core::iter::once((0, 0.0)).chain(ahead).chain(behind) {
             for turn in 0..TURNS {
-                let linear_mps = robot.linear_max_mps * speed as f32 / (SPEEDS - 1) as f32;
-                let angular_radps = robot.angular_max_radps * (2.0 * turn as f32 / (TURNS - 1) as f32 - 1.0);
+                let angular_radps = robot.angular_max_radps * (2.0 * share(turn, TURNS) - 1.0);
                 let away = SPEED_COST * (linear_mps - wish.linear_mps).abs() / robot.linear_max_mps
                     + TURN_COST * (angular_radps - wish.angular_radps).abs() / robot.angular_max_radps;
                 let is_between = speed % 2 + turn % 2 > 0;

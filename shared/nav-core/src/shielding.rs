@@ -4,7 +4,7 @@
 use crate::guard::Guard;
 use crate::messages::{LaserScan, Odometry, fault};
 use crate::navigator::Navigator;
-use crate::shield::{Intervention, Shield};
+use crate::shield::{Intervention, Open, Shield};
 use crate::task::{ShieldMode, Task};
 use crate::twist::Twist;
 
@@ -63,9 +63,10 @@ impl Shielding {
         // After a pause nobody obeys what was commanded before it.
         let mut sent = *guard.sent();
         sent[0] = guard.ramp_from();
-        let may_advance = !navigator.scan().is_closed_ahead();
+        let scan = navigator.scan();
+        let open = Open { ahead: !scan.is_closed_ahead(), behind: !scan.is_closed_behind() };
         let wish = self.task.robot.limited(wish);
-        let (command, intervention) = shield.filter(wish, odom.twist(), &sent, may_advance);
+        let (command, intervention) = shield.filter(wish, odom.twist(), &sent, open);
         (command, intervention, if command == wish { 0 } else { fault::SHIELDED })
     }
 

@@ -5,7 +5,7 @@ use nav_core::geometry::{Point, Pose};
 use nav_core::guard::Guard;
 use nav_core::messages::LaserScan;
 use nav_core::scan::beams::Beams;
-use nav_core::shield::Shield;
+use nav_core::shield::{Open, Shield};
 use nav_core::task::{Robot, Task};
 use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
@@ -19,6 +19,7 @@ type Rng = Xoshiro256PlusPlus;
 
 const SIDE_M: f32 = 6.0;
 const STEPS: u32 = 60;
+const OPEN: Open = Open { ahead: true, behind: true };
 
 /// Half of the width of the narrowest obstacle that two neighbouring beams do not miss at the distance that it takes to
 /// stop, with some to spare, m.
@@ -117,7 +118,7 @@ fn drive(seed: u64, task: &Task, with_shield: bool) -> (bool, f32, f32) {
         let mut out = last;
         if with_shield {
             shield.see(&scan, odom.pose);
-            (out, _) = shield.filter(last, odom.twist(), guard.sent(), true);
+            (out, _) = shield.filter(last, odom.twist(), guard.sent(), OPEN);
         }
         let (command, _) = guard.limit(out);
         let outcome = simulation.step(command);

@@ -18,7 +18,7 @@
 use nav_core::geometry::{Pose, Vector};
 use nav_core::messages::{Header, LaserScan};
 use nav_core::observation::SENT_COMMANDS;
-use nav_core::shield::Shield;
+use nav_core::shield::{Open, Shield};
 use nav_core::task::{Lidar, ShieldMode, Task};
 use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands, drive_episode};
@@ -92,7 +92,7 @@ impl Times {
         let begun = Instant::now();
         shield.see(scan, pose);
         let seen = begun.elapsed();
-        let (command, _) = shield.filter(wish, measured, sent, true);
+        let (command, _) = shield.filter(wish, measured, sent, Open { ahead: true, behind: true });
         self.gate_us.push(begun.elapsed().as_nanos() as f32 / 1e3);
         self.see_us.push(seen.as_nanos() as f32 / 1e3);
         self.acts += u32::from(command != wish);
@@ -163,7 +163,10 @@ fn in_a_ring(beam_count: u32) -> Times {
             let ranges = people.iter().map(|person| ray_disc_m(cos, sin, *person, 0.25));
             ranges.fold(f32::INFINITY, f32::min)
         });
-        let scan = LaserScan { header: Header { seq: step.into(), stamp_ns: u64::from(step) * 100_000_000 }, ..scan };
+        let scan = LaserScan {
+            header: Header { seq: step.into(), stamp_ns: u64::from(step) * 100_000_000 },
+            ..scan
+        };
         let fast = Twist::new(task.robot.linear_max_mps, 0.0);
         times.of(&mut shield, &scan, Pose::default(), fast, fast, &[fast; SENT_COMMANDS]);
     }
@@ -180,15 +183,17 @@ fn main() {
         |key: &str, usual: &str| option(key, usual).parse::<u64>().expect("worlds= and first= take numbers");
     let first = number("first", "0");
     let worlds = first..first + number("worlds", "20");
-    println!(
-        "family,beams,ticks,acts,see_median_us,see_p99_us,gate_median_us,gate_p99_us,gate_p999_us"
-    );
+    println!("family,beams,ticks,acts,see_median_us,see_p99_us,gate_median_us,gate_p99_us,gate_p999_us");
     for beams in option("beams", "72,720").split(',') {
         let beams = beams.parse().expect("beams= takes numbers");
         for family in option("families", "ring,crowd,stream,corridor,doorway,rooms,maze,clutter").split(',') {
             let mut times = match family {
                 "ring" => in_a_ring(beams),
-                _ => in_family(family.parse().expect("families= takes names of families"), beams, worlds.clone()),
+                _ => in_family(
+                    family.parse().expect("families= takes names of families"),
+                    beams,
+                    worlds.clone(),
+                ),
             };
             times.print(family, beams);
         }

@@ -1,21 +1,22 @@
 //! What a command leads to: what the robot could no longer stop before, and whom it meets.
 
 use super::grid::Grid;
-use super::motion::{Clock, Courses, FINE_MOMENTS, MOMENTS, Manoeuvre, UnderWay};
+use super::motion::{Clock, Courses, MOMENTS, Manoeuvre, UnderWay};
 use super::people::People;
-use super::standing::Standing;
+use super::standing::{Bump, Standing};
 use super::{CLOSE_COST, Hazard, Intervention, STANDING_COST, TOUCH_COST};
 use crate::observation::SENT_COMMANDS;
 use crate::task::Robot;
 use crate::twist::Twist;
-use core::f32::consts::FRAC_PI_2;
+use core::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Moments for which the command of now is held before another follows: so early is something done about people.
 const HELD: usize = 8;
 /// Share of the difference to its target that a slow base makes up in a fine step: a lag of 0.15 s.
 const SLOW_FOLLOW: f32 = 0.5;
-/// Ways to go on.
+/// Ways to go on, and those that lead back.
 const WAYS: usize = 12;
+const WAYS_BACK: usize = 4;
 /// Steps by which the base may obey late, from none.
 const LATENCIES: usize = Danger::LATENCY_MAX + 1;
 /// A robot that has not come to a stand after so many fine steps is taken to stand.
@@ -25,7 +26,8 @@ const STOPPING_STEPS: usize = 200;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Met {
     hazard: Hazard,
-    bearing_rad: f32,
+    /// Where it is then, robot frame of now, m.
+    at_m: (f32, f32),
     in_s: f32,
     /// How hard, m/s.
     speed_mps: f32,
@@ -38,7 +40,8 @@ pub(super) struct Met {
 impl Met {
     /// As it is told.
     pub(super) fn intervention(&self, is_forced: bool) -> Intervention {
-        Intervention { hazard: self.hazard, bearing_rad: self.bearing_rad, in_s: self.in_s, is_forced }
+        let bearing_rad = libm::atan2f(self.at_m.1, self.at_m.0);
+        Intervention { hazard: self.hazard, bearing_rad, in_s: self.in_s, is_forced }
     }
 }
 
@@ -94,13 +97,11 @@ impl Danger<'_> {
     /// The ways to go on after a command that is held for a while.
     fn ways_on(&self, command: Twist) -> [Manoeuvre; WAYS] {
         let (v, w) = (self.robot.linear_max_mps, self.robot.angular_max_radps);
-        let way = |first: Twist, until: usize, then: Twist| Manoeuvre { first, until, then };
-        // At the fastest turning rate.
-        let quarter = self.clock.moments_within(FRAC_PI_2 / w);
-        let eighth = self.clock.moments_within(0.5 * FRAC_PI_2 / w);
+        let (quarter, eighth) = (self.moments_of_turning(FRAC_PI_2), self.moments_of_turning(FRAC_PI_4));
         let long = (HELD + 4).max(quarter);
         let straight_on = Twist::new(command.linear_mps, 0.0);
         let fast = Twist::new(v, 0.0);
+        let way = |first: Twist, until: usize, then: Twist| Manoeuvre { first, until, then };
         [
             way(straight_on, MOMENTS, straight_on),
             way(Twist::ZERO, MOMENTS, Twist::ZERO),
@@ -117,6 +118,25 @@ impl Danger<'_> {
         ]
     }
 
+    /// More ways, for a robot that can drive backwards.
+    fn ways_back(&self) -> [Manoeuvre; WAYS_BACK] {
+        let (v, w) = (self.robot.linear_min_mps, self.robot.angular_max_radps);
+        let (quarter, eighth) = (self.moments_of_turning(FRAC_PI_2), self.moments_of_turning(FRAC_PI_4));
+        let back = Twist::new(v, 0.0);
+        let way = |first: Twist, until: usize, then: Twist| Manoeuvre { first, until, then };
+        [
+            way(back, MOMENTS, back),
+            way(back, quarter, Twist::ZERO),
+            way(Twist::new(v, w), eighth, back),
+            way(Twist::new(v, -w), eighth, back),
+        ]
+    }
+
+    /// Moments that a turn by so much takes at the fastest rate.
+    fn moments_of_turning(&self, angle_rad: f32) -> usize {
+        self.clock.moments_within(angle_rad / self.robot.angular_max_radps)
+    }
+
     /// What is touched first on the way that lasts longest, or who comes close on it.
     fn going_on(&self, command: Twist, limit: f32) -> Option<Met> {
         let mut held = Courses::<1>::new(&self.under_way, [self.latency], [1.0]);
@@ -126,19 +146,34 @@ impl Danger<'_> {
         }
         let [so_far] = so_far;
         match so_far {
-            Way::Ends(met) => return Some(met),
+            Way::Ends(met) => return Some(self.deepened(met)),
             Way::Close(met) if self.cost(&met) >= limit => return Some(met),
             Way::Close(_) | Way::Free => {}
         }
         if self.is_free_straight_on(held.split(0), so_far, command) {
             return None;
         }
-        let ways_on = self.ways_on(command);
-        let mut courses: Courses<WAYS> = held.split(0);
-        let mut ways = [so_far; WAYS];
+        let ways_on = self.best_of(&held, so_far, &self.ways_on(command), limit)?;
+        if !self.robot.reverses() {
+            return Some(ways_on);
+        }
+        let ways_back = self.best_of(&held, so_far, &self.ways_back(), limit)?;
+        Some(if rank(&ways_back) > rank(&ways_on) { ways_back } else { ways_on })
+    }
+
+    /// What is met on the best of some ways from a course on.
+    fn best_of<const N: usize>(
+        &self,
+        held: &Courses<1>,
+        so_far: Way,
+        manoeuvres: &[Manoeuvre; N],
+        limit: f32,
+    ) -> Option<Met> {
+        let mut courses: Courses<N> = held.split(0);
+        let mut ways = [so_far; N];
         for moment in HELD..MOMENTS {
             let target = |lane: usize| {
-                let Manoeuvre { first, until, then } = ways_on[lane];
+                let Manoeuvre { first, until, then } = manoeuvres[lane];
                 if moment < until { first } else { then }
             };
             let linear_mps = core::array::from_fn(|lane| target(lane).linear_mps);
@@ -148,15 +183,12 @@ impl Danger<'_> {
                 break;
             }
         }
-        let mut best: Option<Met> = None;
-        for way in ways {
+        let mut best = ways[0].met()?;
+        for way in &ways[1..] {
             let met = way.met()?;
-            let rank = |met: &Met| (met.is_close, met.in_s, -met.speed_mps);
-            if best.is_none_or(|best| rank(&met) > rank(&best)) {
-                best = Some(met);
-            }
+            best = if rank(&met) > rank(&best) { met } else { best };
         }
-        best
+        Some(self.deepened(best))
     }
 
     /// Whether a way that may yet go on cannot cost less.
@@ -203,9 +235,25 @@ impl Danger<'_> {
                 *way = Way::Close(self.meeting(courses, lane, moment, person.into(), true));
             }
             if self.walls.are_touched(courses.place(lane)) {
-                *way = Way::Ends(bump(self.walls.points, courses, lane, self.clock.at_s[moment]));
+                *way = Way::Ends(Met {
+                    hazard: Hazard::Standing,
+                    at_m: courses.place(lane),
+                    in_s: self.clock.at_s[moment],
+                    speed_mps: courses.linear_mps(lane).abs(),
+                    depth_m: 0.0,
+                    is_close: false,
+                });
             }
         }
+    }
+
+    /// With how far, and into what of what stands, which is worked out for the one that counts.
+    fn deepened(&self, met: Met) -> Met {
+        if met.hazard != Hazard::Standing {
+            return met;
+        }
+        let Bump { at_m, depth_m } = self.walls.points.bump(met.at_m);
+        Met { at_m, depth_m, ..met }
     }
 
     fn meeting<const N: usize>(
@@ -217,12 +265,11 @@ impl Danger<'_> {
         is_close: bool,
     ) -> Met {
         let ((vx, vy), (px, py)) = (courses.velocity_mps(lane), self.people.velocity_mps(person));
-        let (x, y) = self.people.place(moment + 1, person);
         Met {
             hazard: Hazard::Person,
-            bearing_rad: libm::atan2f(y, x),
+            at_m: self.people.place(moment + 1, person),
             in_s: self.clock.at_s[moment],
-            speed_mps: libm::hypotf(vx - px, vy - py),
+            speed_mps: libm::sqrtf((vx - px) * (vx - px) + (vy - py) * (vy - py)),
             depth_m: 0.0,
             is_close,
         }
@@ -242,7 +289,11 @@ impl Danger<'_> {
             courses.step(self.robot, &[target.linear_mps; _], &[target.angular_radps; _], step_s);
             for lane in 0..LATENCIES {
                 if self.hits.are_touched(courses.place(lane)) {
-                    let met = bump(self.hits.points, &courses, lane, (step + 1) as f32 * step_s);
+                    let Bump { at_m, depth_m } = self.hits.points.bump(courses.place(lane));
+                    let in_s = (step + 1) as f32 * step_s;
+                    let speed_mps = courses.linear_mps(lane).abs();
+                    let hazard = Hazard::Standing;
+                    let met = Met { hazard, at_m, in_s, speed_mps, depth_m, is_close: false };
                     if deepest.is_none_or(|deepest| met.depth_m > deepest.depth_m) {
                         deepest = Some(met);
                     }
@@ -276,14 +327,7 @@ impl Way {
     }
 }
 
-fn bump<const N: usize>(standing: &Standing, courses: &Courses<N>, lane: usize, in_s: f32) -> Met {
-    let bump = standing.bump(courses.place(lane));
-    Met {
-        hazard: Hazard::Standing,
-        bearing_rad: libm::atan2f(bump.y_m, bump.x_m),
-        in_s,
-        speed_mps: courses.linear_mps(lane).abs(),
-        depth_m: bump.depth_m,
-        is_close: false,
-    }
+/// The later the better, and the softer; better still if nothing is touched.
+fn rank(met: &Met) -> (bool, f32, f32) {
+    (met.is_close, met.in_s, -met.speed_mps)
 }

@@ -7,7 +7,7 @@ use crate::twist::Twist;
 /// Moments at which a course is looked at, the present not among them.
 pub(super) const MOMENTS: usize = 20;
 /// So many of them follow each other at the fine step, the rest at four times that: 4 s in all at a period of 0.1 s.
-pub(super) const FINE_MOMENTS: usize = 10;
+const FINE_MOMENTS: usize = 10;
 /// Slower is standing, m/s.
 const REST_MPS: f32 = 0.02;
 /// The fine step is the control period, where that lies within these bounds, s.
@@ -123,7 +123,13 @@ impl<const N: usize> Courses<N> {
     }
 
     /// Goes on for `step_s` with commands towards these targets, m/s and rad/s, within the robot's acceleration limits.
-    pub(super) fn step(&mut self, robot: &Robot, linear_mps: &[f32; N], angular_radps: &[f32; N], step_s: f32) {
+    pub(super) fn step(
+        &mut self,
+        robot: &Robot,
+        linear_mps: &[f32; N],
+        angular_radps: &[f32; N],
+        step_s: f32,
+    ) {
         let (late, follow) = (&self.late, &self.follow);
         let linear_mps = self.linear.step(linear_mps, late, follow, robot.linear_acceleration_mps2 * step_s);
         let angular_radps =

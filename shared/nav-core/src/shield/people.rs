@@ -67,14 +67,7 @@ impl People {
     }
 
     /// Works out where everybody within `far_m` will be, seen from `pose`.
-    pub(super) fn foresee(
-        &mut self,
-        movers: &[Mover],
-        pose: Pose,
-        clock: &Clock,
-        robot: &Robot,
-        far_m: f32,
-    ) {
+    pub(super) fn foresee(&mut self, movers: &[Mover], pose: Pose, clock: &Clock, robot: &Robot, far_m: f32) {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
         self.in_reach = [0; MOMENTS + 1];

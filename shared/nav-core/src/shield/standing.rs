@@ -79,8 +79,7 @@ pub(super) struct Standing {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bump {
     /// Where the point is, robot frame, m.
-    pub(super) x_m: f32,
-    pub(super) y_m: f32,
+    pub(super) at_m: (f32, f32),
     /// How far the robot is inside of what should be kept free, m.
     pub(super) depth_m: f32,
 }
@@ -185,14 +184,23 @@ impl Standing {
 
     /// What the robot's centre at a place of the robot frame is too near to, most of all.
     pub(super) fn bump(&self, (x_m, y_m): (f32, f32)) -> Bump {
-        let mut worst = Bump { x_m: 0.0, y_m: 0.0, depth_m: 0.0 };
-        for at in 0..self.count {
-            let (dx, dy) = (self.x_m[at] - x_m, self.y_m[at] - y_m);
-            let distance2_m2 = dx * dx + dy * dy;
-            if distance2_m2 < self.reach2_m2[at] {
+        let mut worst = Bump { at_m: (0.0, 0.0), depth_m: 0.0 };
+        for first in (0..self.count).step_by(LANES) {
+            let mut distance2_m2 = [0.0; LANES];
+            let mut touched = false;
+            for lane in 0..LANES {
+                let (dx, dy) = (self.x_m[first + lane] - x_m, self.y_m[first + lane] - y_m);
+                distance2_m2[lane] = dx * dx + dy * dy;
+                touched |= distance2_m2[lane] < self.reach2_m2[first + lane];
+            }
+            if !touched {
+                continue;
+            }
+            for (lane, distance2_m2) in distance2_m2.into_iter().enumerate() {
+                let at = first + lane;
                 let depth_m = libm::sqrtf(self.reach2_m2[at]) - libm::sqrtf(distance2_m2);
                 if depth_m > worst.depth_m {
-                    worst = Bump { x_m: self.x_m[at], y_m: self.y_m[at], depth_m };
+                    worst = Bump { at_m: (self.x_m[at], self.y_m[at]), depth_m };
                 }
             }
         }
