@@ -57,7 +57,7 @@ const SPEEDS_BACK: usize = 3;
 const TURNS: usize = 9;
 const CANDIDATES: usize = (SPEEDS + SPEEDS_BACK - 1) * TURNS;
 /// So many of them at most, which bounds the work of a tick.
-const TRIED: usize = 24;
+const TRIED: usize = 20;
 /// What a wish's whole speed is worth...
 const SPEED_COST: f32 = 0.5;
 /// ...its whole turning rate, from straight to the limit...
