@@ -3,16 +3,17 @@
 use nav_core::geometry::{Point, Pose, Vector};
 use nav_core::messages::{Header, LaserScan};
 use nav_core::observation::Sent;
-use nav_core::shield::{Hazard, Intervention, Mover, Shield};
+use nav_core::shield::{Hazard, Intervention, Mover, Open, Shield};
 use nav_core::task::Task;
 use nav_core::twist::Twist;
 use std::f32::consts::PI;
 
 const AHEAD: Twist = Twist::new(1.0, 0.0);
+const OPEN: Open = Open { ahead: true, behind: true };
 
 /// What becomes of full speed ahead of a robot that stands.
 fn asked(shield: &Shield) -> (Twist, Option<Intervention>) {
-    shield.filter(AHEAD, Twist::ZERO, &Sent::default(), true)
+    shield.filter(AHEAD, Twist::ZERO, &Sent::default(), OPEN)
 }
 
 fn scan(task: &Task, seq: u64, range_m: impl Fn(f32) -> f32) -> LaserScan {

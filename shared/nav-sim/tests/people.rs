@@ -91,6 +91,34 @@ fn people_who_avoid_pass_each_other_and_a_standing_robot() {
 }
 
 #[test]
+fn nobody_who_sees_it_walks_into_a_robot_that_stands_at_whatever_speed() {
+    for model in AVOIDING {
+        for (case, speed_mps) in (0..60).zip([0.7, 1.1, 1.34, 1.6, 2.0].into_iter().cycle()) {
+            // In the open, or between walls 2.4 m apart.
+            let aside_m = (case / 5 % 6) as f32 * 0.1 - 0.25;
+            let walled = case >= 30;
+            let mut person = common::walker((9.0, 5.0 + aside_m), (1.0, 5.0 - aside_m), model, true);
+            person.speed_mps = speed_mps;
+            let wall = |y_m: f32| Segment { a: Point::new(0.0, y_m), b: Point::new(10.0, y_m) };
+            let segments = if walled { vec![wall(3.8), wall(6.2)] } else { vec![] };
+            let world = World { start: Pose::new(5.0, 5.0, 0.0), segments, ..world(vec![person]) };
+            let mut simulation = simulation(world, case);
+            let mut farthest_m = f32::INFINITY;
+            for step in 0..300 {
+                let outcome = simulation.step(Twist::ZERO);
+                assert_eq!(
+                    outcome,
+                    Outcome::Running,
+                    "{model:?} at {speed_mps} m/s, {aside_m} m aside, walled {walled}: hit in step {step}"
+                );
+                farthest_m = farthest_m.min(simulation.people()[0].position.x);
+            }
+            assert!(farthest_m < 3.0, "{model:?} at {speed_mps} m/s never got by: {farthest_m}");
+        }
+    }
+}
+
+#[test]
 fn people_who_do_not_see_the_robot_walk_into_it() {
     for model in [WalkModel::Scripted, WalkModel::ScriptedYielding, WalkModel::SocialForce, WalkModel::Orca] {
         let person = common::walker((9.0, 5.0), (1.0, 5.0), model, false);

@@ -16,6 +16,8 @@ use std::borrow::Cow;
 const HORIZON_S: f32 = 2.0;
 /// Collisions with walls are avoided this far ahead, s.
 const WALL_HORIZON_S: f32 = 0.8;
+/// Kept to the robot, m.
+const ROBOT_GAP_M: f32 = 0.1;
 /// Fastest over preferred speed.
 const FASTEST: f32 = 1.2;
 /// The most static obstacles that are heeded.
@@ -58,7 +60,8 @@ pub(super) fn velocity(
         let other = Agent {
             position: vec2(neighbour.position.coords),
             velocity: vec2(neighbour.velocity),
-            radius: neighbour.radius_m,
+            // Two who avoid each other touch in passing; nobody brushes against a machine.
+            radius: neighbour.radius_m + if neighbour.person.is_none() { ROBOT_GAP_M } else { 0.0 },
             avoidance_responsibility: if neighbour.avoids { 1.0 } else { 0.0 },
         };
         let side = if neighbour.person > Some(walk.index) { 1.0 } else { -1.0 };
