@@ -183,9 +183,9 @@ impl<const N: usize> Axis<N> {
     fn step(&mut self, targets: &[f32; N], late: &[usize; N], follow: &[f32; N], change: f32) -> [f32; N] {
         let mut means = [0.0; N];
         self.commands.rotate_right(1);
-        for lane in 0..N {
-            let last = self.commands[1][lane];
-            self.commands[0][lane] = within(targets[lane], last, change);
+        let [newest, last, ..] = &mut self.commands;
+        for ((command, last), target) in newest.iter_mut().zip(last).zip(targets) {
+            *command = within(*target, *last, change);
         }
         let obeyed = if late.iter().all(|steps| *steps == late[0]) {
             self.commands[late[0]]

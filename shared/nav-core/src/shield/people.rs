@@ -117,19 +117,19 @@ impl People {
             let (wide2_m2, reach2_m2) = (self.wide2_m2[moment][at], self.reach2_m2[moment][at]);
             let mut nearest2_m2 = [0.0; N];
             let mut is_near = false;
-            for lane in 0..N {
+            for (lane, nearest2_m2) in nearest2_m2.iter_mut().enumerate() {
                 let (ax, ay) = (before.0 - from.0[lane], before.1 - from.1[lane]);
                 let (bx, by) = (now.0 - to.0[lane], now.1 - to.1[lane]);
-                nearest2_m2[lane] = nearest2_to_origin(ax, ay, bx, by);
-                is_near |= nearest2_m2[lane] < wide2_m2;
+                *nearest2_m2 = nearest2_to_origin(ax, ay, bx, by);
+                is_near |= *nearest2_m2 < wide2_m2;
             }
             if !is_near {
                 continue;
             }
-            for lane in 0..N {
+            for (lane, nearest2_m2) in nearest2_m2.into_iter().enumerate() {
                 let note = |who: &mut Option<u8>, is_so: bool| *who = who.or(is_so.then_some(at as u8));
-                note(&mut nearness.close[lane], nearest2_m2[lane] < wide2_m2);
-                note(&mut nearness.touched[lane], nearest2_m2[lane] < reach2_m2);
+                note(&mut nearness.close[lane], nearest2_m2 < wide2_m2);
+                note(&mut nearness.touched[lane], nearest2_m2 < reach2_m2);
             }
         }
         nearness
@@ -155,7 +155,7 @@ impl People {
 fn nearest2_to_origin(ax: f32, ay: f32, bx: f32, by: f32) -> f32 {
     let (dx, dy) = (bx - ax, by - ay);
     let length2 = (dx * dx + dy * dy).max(1e-12);
-    let share = (-(ax * dx + ay * dy) / length2).max(0.0).min(1.0);
+    let share = (-(ax * dx + ay * dy) / length2).clamp(0.0, 1.0);
     let (x, y) = (ax + share * dx, ay + share * dy);
     x * x + y * y
 }

@@ -188,10 +188,10 @@ impl Standing {
         for first in (0..self.count).step_by(LANES) {
             let mut distance2_m2 = [0.0; LANES];
             let mut touched = false;
-            for lane in 0..LANES {
+            for (lane, distance2_m2) in distance2_m2.iter_mut().enumerate() {
                 let (dx, dy) = (self.x_m[first + lane] - x_m, self.y_m[first + lane] - y_m);
-                distance2_m2[lane] = dx * dx + dy * dy;
-                touched |= distance2_m2[lane] < self.reach2_m2[first + lane];
+                *distance2_m2 = dx * dx + dy * dy;
+                touched |= *distance2_m2 < self.reach2_m2[first + lane];
             }
             if !touched {
                 continue;
