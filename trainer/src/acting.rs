@@ -105,3 +105,29 @@ fn with_spec<T>(
     let shape = MlpSpec::new(&mlp.shape().sizes)?.hidden(Act::Relu).output(output).rows(rows);
     use_spec(&shape.spec(&weights)?)
 }
+
+#[cfg(test)]
+mod tests {
+    use nav_core::observation::mirror_low;
+
+    use super::*;
+
+    #[test]
+    fn of_scenes_and_their_mirror_images_it_commutes_with_mirroring() {
+        let mut observations: Vec<f32> =
+            (0..3 * LOW_OBSERVATION).map(|at| ((at * at) as f32 * 0.37).sin() + 0.4).collect();
+        let mut mirrored = observations.clone();
+        mirrored.chunks_exact_mut(LOW_OBSERVATION).for_each(mirror_low);
+        observations.extend(mirrored);
+        let normaliser = Normaliser::of(&observations, LOW_OBSERVATION);
+        let mut first = observations[..LOW_OBSERVATION].to_vec();
+        let mut second = first.clone();
+        normaliser.apply(&mut first);
+        mirror_low(&mut first);
+        mirror_low(&mut second);
+        normaliser.apply(&mut second);
+        for (first, second) in first.iter().zip(second) {
+            assert!((first - second).abs() < 1e-5, "{first} {second}");
+        }
+    }
+}

@@ -84,6 +84,10 @@ pub struct LowConfig {
     pub replay_capacity: usize,
     /// Discount of a step.
     pub discount: f32,
+    /// Steps of a return before it bootstraps.
+    pub n_step: usize,
+    /// Whether every other transition of a batch is its mirror image, left for right.
+    pub mirror: bool,
     /// Standard deviation of the exploration noise, `[least, most]`, spread over the robots; halved in the
     /// course of the stage.
     pub noise: [f32; 2],
@@ -145,6 +149,8 @@ pub struct HighConfig {
     pub discount: f32,
     /// Decisions of a return before it bootstraps.
     pub n_step: usize,
+    /// As `low.mirror`, of decisions.
+    pub mirror: bool,
     /// Share of random choices at the start and at the end.
     pub epsilon: [f32; 2],
     /// Share of the stage in which epsilon falls from the one to the other.

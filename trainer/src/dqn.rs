@@ -16,7 +16,7 @@ mod tests;
 use rand::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-pub use self::batch::{Decision, DecisionBatch};
+pub use self::batch::{Decision, DecisionBatch, Mirror};
 use crate::nn::flat::mean;
 use crate::nn::{Activation, Adam, AdamState, Buffer, EXPLODED, Mlp, MlpShape, Rng, descend, flat};
 

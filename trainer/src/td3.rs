@@ -23,7 +23,7 @@ use nav_sim::normal::standard_normal;
 use rand::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-pub use self::batch::{Batch, Transition};
+pub use self::batch::{Batch, Mirror, Transition};
 pub use self::config::{Td3Config, Td3Losses};
 use self::smooth::Smoothness;
 use crate::nn::flat::mean;

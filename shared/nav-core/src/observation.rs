@@ -12,6 +12,10 @@
 //! time and sees the scene *rolled* so that the candidate is at index 0: [`expand_candidates`] makes the
 //! [`ACTION_COUNT`] x [`CANDIDATE_FEATURES`] matrix, which makes the scorer equivariant to rotation.
 
+mod mirror;
+
+pub use self::mirror::{mirror_high, mirror_high_action, mirror_low, mirror_low_action};
+
 use crate::scan::SECTOR_COUNT;
 use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, CORRIDOR_LIMIT_M, DIRECTION_COUNT, Task};
 use crate::twist::Twist;

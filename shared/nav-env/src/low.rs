@@ -16,6 +16,7 @@ use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::Outcome;
 use rand::{RngExt, SeedableRng};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::episode::Episode;
@@ -34,6 +35,10 @@ pub struct LowRobotConfig {
     pub subgoal_m: [f32; 2],
     /// Steps after which a subgoal is given up (truncated).
     pub subgoal_steps: u32,
+    /// Discount of a step.
+    pub discount: f32,
+    /// Steps of a return before it bootstraps.
+    pub n_step: usize,
     /// What it is paid for.
     pub reward: LowReward,
 }
@@ -55,19 +60,30 @@ pub enum Attempt {
     Cut,
 }
 
-/// A transition, as stored.
+/// A return over up to n steps, as stored.
 #[derive(Clone, Debug)]
 pub struct LowTransition {
-    /// Raw observation before the step.
+    /// Raw observation before the first step.
     pub observation: [f32; LOW_OBSERVATION],
-    /// What was done.
+    /// What was done there.
     pub action: [f32; LOW_ACTION],
+    /// Discounted sum of the rewards until the next observation.
+    pub reward: f32,
+    /// Discount of the next observation's value; 0 after a terminated attempt.
+    pub discount: f32,
+    /// Raw observation up to n steps later.
+    pub next_observation: [f32; LOW_OBSERVATION],
+}
+
+/// What a step led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepReport {
     /// What it earned.
     pub reward: f32,
-    /// Whether it ended the attempt, so that the next observation's value does not count.
-    pub terminated: bool,
-    /// Raw observation after the step.
-    pub next_observation: [f32; LOW_OBSERVATION],
+    /// How the attempt stands.
+    pub attempt: Attempt,
+    /// Whether it ended the attempt for good, so that nothing follows.
+    pub is_terminated: bool,
 }
 
 /// A robot of stage A.
@@ -86,6 +102,8 @@ pub struct LowRobot {
     target_is_goal: bool,
     target_steps: u32,
     last_action: [f32; LOW_ACTION],
+    /// Steps of this attempt whose returns are not complete yet.
+    pending: VecDeque<LowTransition>,
     observation: [f32; LOW_OBSERVATION],
     /// Actions since the episode began, to rebuild it after an interruption.
     actions: Vec<[f32; LOW_ACTION]>,
@@ -112,6 +130,7 @@ impl LowRobot {
             target_is_goal: false,
             target_steps: 0,
             last_action: [0.0; LOW_ACTION],
+            pending: VecDeque::new(),
             observation: [0.0; LOW_OBSERVATION],
             actions: Vec::new(),
         };
@@ -123,6 +142,7 @@ impl LowRobot {
     fn begin(&mut self, number: u64) {
         self.episodes = number;
         self.actions.clear();
+        self.pending.clear();
         self.rng = Rng::seed_from_u64(derive(self.seed, number));
         let place = self.places[self.rng.random_range(0..self.places.len())].clone();
         let seed = self.rng.random();
@@ -135,7 +155,7 @@ impl LowRobot {
     pub fn replay(&mut self, number: u64, actions: &[[f32; LOW_ACTION]]) {
         self.begin(number);
         for &action in actions {
-            self.step(action);
+            self.step(action, &mut Vec::new());
         }
     }
 
@@ -177,8 +197,9 @@ impl LowRobot {
         &self.observation
     }
 
-    /// Takes a step; begins the next target or episode by itself where one ends.
-    pub fn step(&mut self, action: [f32; LOW_ACTION]) -> (LowTransition, Attempt) {
+    /// Takes a step, adds the returns that are complete to `transitions`, and begins the next target or episode where one
+    /// ends.
+    pub fn step(&mut self, action: [f32; LOW_ACTION], transitions: &mut Vec<LowTransition>) -> StepReport {
         let observation = self.observation;
         let before = self.episode.navigator().pose();
         let outcome = self.episode.drive(action);
@@ -205,20 +226,43 @@ impl LowRobot {
         };
         let reward = self.reward(action, attempt, before, after);
         self.episode.encode_low_towards(self.target, &mut self.observation);
-        let transition = LowTransition {
-            observation,
-            action,
-            reward,
-            terminated: matches!(attempt, Attempt::Reached | Attempt::Collided | Attempt::Astray),
-            next_observation: self.observation,
-        };
+        let is_terminated = matches!(attempt, Attempt::Reached | Attempt::Collided | Attempt::Astray);
+        let report = StepReport { reward, attempt, is_terminated };
+        self.settle(observation, action, report, transitions);
         self.last_action = action;
         if outcome.is_over() || attempt == Attempt::Astray {
             self.begin(self.episodes + 1);
         } else if attempt != Attempt::Running {
             self.choose_target();
         }
-        (transition, attempt)
+        report
+    }
+
+    /// Adds a step to the returns that wait, and hands out those that are complete.
+    fn settle(
+        &mut self,
+        observation: [f32; LOW_OBSERVATION],
+        action: [f32; LOW_ACTION],
+        report: StepReport,
+        transitions: &mut Vec<LowTransition>,
+    ) {
+        let StepReport { reward, attempt, is_terminated } = report;
+        let (discount, next_observation) = (self.config.discount, self.observation);
+        for waiting in &mut self.pending {
+            waiting.reward += waiting.discount * reward;
+            waiting.discount *= discount;
+        }
+        self.pending.push_back(LowTransition { observation, action, reward, discount, next_observation });
+        let complete = if attempt == Attempt::Running {
+            (self.pending.len() + 1).saturating_sub(self.config.n_step)
+        } else {
+            self.pending.len()
+        };
+        for mut done in self.pending.drain(..complete) {
+            done.next_observation = next_observation;
+            done.discount = if is_terminated { 0.0 } else { done.discount };
+            transitions.push(done);
+        }
     }
 
     /// A subgoal is where odometry says, and ends as near as it does for the high level; the goal is where it truly is.

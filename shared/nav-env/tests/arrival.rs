@@ -10,7 +10,7 @@ use nav_core::observation::LOW_ACTION;
 use nav_core::reward::{HighReward, LowReward, decomposed};
 use nav_core::task::{ACTION_GOAL, Task};
 use nav_env::high::{HighRobot, HighRobotConfig};
-use nav_env::low::{Attempt, LowRobot, LowRobotConfig};
+use nav_env::low::{Attempt, LowRobot, LowRobotConfig, StepReport};
 use nav_env::robot::SimulatedRobot;
 use nav_env::worlds::Place;
 use nav_sim::disturbance::Disturbance;
@@ -45,6 +45,8 @@ fn attempts(localiser: Localiser) -> Vec<(Attempt, bool, f32)> {
         goal_share: 1.0,
         subgoal_m: [0.7, 3.0],
         subgoal_steps: 80,
+        discount: 0.98,
+        n_step: 1,
         reward: LowReward::Decomposed(decomposed::LowWeights::default()),
     };
     let mut robot = LowRobot::new(config, hall(), &Task::default(), &drifting(localiser), 3);
@@ -53,9 +55,9 @@ fn attempts(localiser: Localiser) -> Vec<(Attempt, bool, f32)> {
     for _ in 0..3_000 {
         let mut action = [0.0; LOW_ACTION];
         network.run(robot.observation(), &mut action);
-        let (transition, attempt) = robot.step(action);
+        let StepReport { reward, attempt, is_terminated } = robot.step(action, &mut Vec::new());
         if attempt != Attempt::Running {
-            ended.push((attempt, transition.terminated, transition.reward));
+            ended.push((attempt, is_terminated, reward));
         }
     }
     ended

@@ -39,6 +39,7 @@ pub const BOUNDS: &[Bound] = &[
     bound("low.batch", "transitions", 1.0, 65_536.0),
     bound("low.replay_capacity", "transitions", 1.0, REPLAY_MAX),
     bound("low.discount", "", 0.0, 0.99999),
+    bound("low.n_step", "steps", 1.0, 20.0),
     bound("low.noise", "", 0.0, 2.0),
     bound("low.goal_share", "", 0.0, 1.0),
     bound("low.subgoal_m", "m", 0.01, 20.0),

@@ -21,6 +21,8 @@ impl LowConfig {
             goal_share: self.goal_share,
             subgoal_m: self.subgoal_m,
             subgoal_steps: self.subgoal_steps,
+            discount: self.discount,
+            n_step: self.n_step,
             reward: self.paid(),
         }
     }

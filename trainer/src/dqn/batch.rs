@@ -39,9 +39,26 @@ impl Decision<'_> {
     }
 }
 
+/// How a decision becomes that of the scene's mirror image.
+#[derive(Debug, Clone, Copy)]
+pub struct Mirror {
+    /// Of what the policy sees, in place.
+    pub observation: fn(&mut [f32]),
+    /// Of a candidate.
+    pub candidate: fn(usize) -> usize,
+}
+
+impl Mirror {
+    fn mask(self, mask: u32) -> u32 {
+        let bits = (0..32).filter(|candidate| mask >> candidate & 1 == 1);
+        bits.fold(0, |mirrored, candidate| mirrored | 1 << (self.candidate)(candidate))
+    }
+}
+
 /// A batch, allocated once and filled again and again.
 #[derive(Debug)]
 pub struct DecisionBatch {
+    mirror: Option<Mirror>,
     observation: usize,
     now: Vec<f32>,
     actions: Vec<u32>,
@@ -60,6 +77,7 @@ impl DecisionBatch {
     /// Room for `rows` decisions.
     pub fn new(rows: usize, observation: usize) -> Self {
         Self {
+            mirror: None,
             observation,
             now: vec![0.0; rows * observation],
             actions: vec![0; rows],
@@ -68,6 +86,11 @@ impl DecisionBatch {
             next: vec![0.0; rows * observation],
             next_masks: vec![0; rows],
         }
+    }
+
+    /// Every other decision becomes its mirror image when it is sampled.
+    pub fn with_mirror(self, mirror: Option<Mirror>) -> Self {
+        Self { mirror, ..self }
     }
 
     /// Number of decisions.
@@ -93,8 +116,14 @@ impl DecisionBatch {
             self.actions[index] = rest[0].to_bits();
             self.returns[index] = rest[1];
             self.discounts[index] = rest[2];
-            self.next[place].copy_from_slice(&rest[3..3 + width]);
+            self.next[place.clone()].copy_from_slice(&rest[3..3 + width]);
             self.next_masks[index] = rest[3 + width].to_bits();
+            if let Some(mirror) = self.mirror.filter(|_| index % 2 == 1) {
+                (mirror.observation)(&mut self.now[place.clone()]);
+                (mirror.observation)(&mut self.next[place]);
+                self.actions[index] = (mirror.candidate)(self.actions[index] as usize) as u32;
+                self.next_masks[index] = mirror.mask(self.next_masks[index]);
+            }
         }
     }
 

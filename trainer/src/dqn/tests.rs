@@ -154,3 +154,16 @@ fn a_restored_learner_continues_to_the_bit() {
     assert_eq!(again.state(), dqn.state());
     assert!(!Dqn::new(CHAIN, DqnConfig { hidden: vec![8], ..config() }, 1).restore(saved));
 }
+
+#[test]
+fn every_other_decision_of_a_batch_is_mirrored() {
+    let replay = replay(&[decision(0, 1, 4.0, 0.5, 1, 0b011)]);
+    let mirror = Mirror { observation: <[f32]>::reverse, candidate: |candidate| COUNT - 1 - candidate };
+    // Bits beyond the candidates are never set.
+    let mut batch = DecisionBatch::new(2, STATES).with_mirror(Some(mirror));
+    batch.sample(&replay, &mut Rng::seed_from_u64(1));
+    assert_eq!((batch.observation_row(0), batch.observation_row(1)), (&one_hot(0)[..], &one_hot(2)[..]));
+    assert_eq!(batch.next, [one_hot(1), one_hot(1)].concat());
+    assert_eq!((batch.actions(), batch.returns()), (&[1, 1][..], &[4.0, 4.0][..]));
+    assert_eq!(batch.next_masks().collect::<Vec<_>>(), [0b011, 0b110]);
+}

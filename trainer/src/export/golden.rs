@@ -51,7 +51,7 @@ pub(super) fn golden_pairs(policy: &Policy) -> Result<Golden> {
         }
         let mut action = [0.0; LOW_ACTION];
         acting.run(&observation, &mut action);
-        robot.step(action);
+        robot.step(action, &mut Vec::new());
     }
     if let (Some(scorer), Some(mut high)) = (&policy.scorer, policy.high()?) {
         let mut scorer = scorer.network()?;

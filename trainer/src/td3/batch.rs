@@ -35,9 +35,19 @@ impl Transition<'_> {
     }
 }
 
+/// How a transition becomes that of the scene's mirror image, in place.
+#[derive(Debug, Clone, Copy)]
+pub struct Mirror {
+    /// Of what the policy sees.
+    pub observation: fn(&mut [f32]),
+    /// Of what it does.
+    pub action: fn(&mut [f32]),
+}
+
 /// A batch, allocated once and filled again and again.
 #[derive(Debug)]
 pub struct Batch {
+    mirror: Option<Mirror>,
     observation: usize,
     action: usize,
     /// Observation and action, side by side: input of a critic.
@@ -52,6 +62,7 @@ impl Batch {
     /// Room for `rows` transitions.
     pub fn new(rows: usize, observation: usize, action: usize) -> Self {
         Self {
+            mirror: None,
             observation,
             action,
             now: Buffer::zeros(rows, observation + action),
@@ -59,6 +70,11 @@ impl Batch {
             rewards: vec![0.0; rows],
             discounts: vec![0.0; rows],
         }
+    }
+
+    /// Every other transition becomes its mirror image when it is sampled.
+    pub fn with_mirror(self, mirror: Option<Mirror>) -> Self {
+        Self { mirror, ..self }
     }
 
     /// Number of transitions.
@@ -91,6 +107,12 @@ impl Batch {
             self.rewards[index] = rest[0];
             self.discounts[index] = rest[1];
             self.next.row_mut(index)[..observation].copy_from_slice(&rest[2..]);
+            if let Some(mirror) = self.mirror.filter(|_| index % 2 == 1) {
+                let (seen, done) = self.now.row_mut(index).split_at_mut(observation);
+                (mirror.observation)(seen);
+                (mirror.action)(done);
+                (mirror.observation)(&mut self.next.row_mut(index)[..observation]);
+            }
         }
     }
 

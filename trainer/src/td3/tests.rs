@@ -220,3 +220,23 @@ fn a_batch_mixes_replay_buffers() {
     assert_eq!(batch.discounts(), [1.0, 1.0, 1.0, 2.0]);
     assert_eq!((batch.observation_row(0), batch.next_observation_row(3)), (&[1.0][..], &[-2.0][..]));
 }
+
+#[test]
+fn every_other_transition_of_a_batch_is_mirrored() {
+    let mut replay = ReplayBuffer::new(1, Transition::row_length(2, 1));
+    Transition {
+        observation: &[1.0, 2.0],
+        action: &[3.0],
+        reward: 4.0,
+        discount: 0.5,
+        next_observation: &[5.0, 6.0],
+    }
+    .store(&mut replay);
+    let mirror = Mirror { observation: <[f32]>::reverse, action: |action| action[0] = -action[0] };
+    let mut batch = Batch::new(2, 2, 1).with_mirror(Some(mirror));
+    batch.sample(&replay, &mut Rng::seed_from_u64(1));
+    assert_eq!((batch.observation_row(0), batch.next_observation_row(0)), (&[1.0, 2.0][..], &[5.0, 6.0][..]));
+    assert_eq!((batch.observation_row(1), batch.next_observation_row(1)), (&[2.0, 1.0][..], &[6.0, 5.0][..]));
+    assert_eq!((batch.action_mut(0)[0], batch.action_mut(1)[0]), (3.0, -3.0));
+    assert_eq!((batch.rewards(), batch.discounts()), (&[4.0, 4.0][..], &[0.5, 0.5][..]));
+}

@@ -1,7 +1,9 @@
 //! DQN with what goes around it: the replay buffer, and the network that acts.
 
 use anyhow::{Context, Result, ensure};
-use nav_core::observation::{CANDIDATE_FEATURES, HIGH_OBSERVATION, expand_candidates};
+use nav_core::observation::{
+    CANDIDATE_FEATURES, HIGH_OBSERVATION, expand_candidates, mirror_high, mirror_high_action,
+};
 use nav_core::task::ACTION_COUNT;
 use nav_env::ActingNetwork;
 use nav_env::high::HighTransition;
@@ -14,7 +16,7 @@ use std::thread::{Builder, ScopedJoinHandle};
 use super::low_learner::OTHER;
 use crate::acting::{pack, repack};
 use crate::config::{Config, HighConfig};
-use crate::dqn::{Candidates, Decision, DecisionBatch, Dqn, DqnLosses, DqnState};
+use crate::dqn::{Candidates, Decision, DecisionBatch, Dqn, DqnLosses, DqnState, Mirror};
 use crate::nn::Rng;
 use crate::replay::{ReplayBuffer, ReplayPosition};
 
@@ -25,6 +27,8 @@ pub const CANDIDATES: Candidates = Candidates {
     width: CANDIDATE_FEATURES,
     expand: expand_candidates,
 };
+/// A decision in the mirror image.
+const MIRROR: Mirror = Mirror { observation: mirror_high, candidate: mirror_high_action };
 /// Values in a row of the replay buffer.
 const ROW: usize = Decision::row_length(HIGH_OBSERVATION);
 
@@ -68,7 +72,8 @@ impl HighLearner {
                 .context("no memory for the replay buffer: lower high.replay_capacity")?,
             decisions: 0,
             sampler: Rng::seed_from_u64(derive(config.seed, 4)),
-            batch: DecisionBatch::new(high.batch, HIGH_OBSERVATION),
+            batch: DecisionBatch::new(high.batch, HIGH_OBSERVATION)
+                .with_mirror(high.mirror.then_some(MIRROR)),
             losses: DqnLosses::default(),
             rate_factor: 1.0,
             config: high.clone(),

@@ -1,7 +1,7 @@
 //! TD3 with what goes around it: the replay buffer, the normaliser, and the network that acts.
 
 use anyhow::{Context, Result, ensure};
-use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
+use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION, mirror_low, mirror_low_action};
 use nav_env::ActingNetwork;
 use nav_env::low::LowTransition;
 use nav_env::seeds::derive;
@@ -13,10 +13,12 @@ use crate::acting::{Normaliser, pack, repack};
 use crate::config::{Config, LowConfig};
 use crate::nn::{Buffer, Rng};
 use crate::replay::{ReplayBuffer, ReplayPosition};
-use crate::td3::{Batch, Td3, Td3Config, Td3Losses, Td3State, Transition};
+use crate::td3::{Batch, Mirror, Td3, Td3Config, Td3Losses, Td3State, Transition};
 
 /// What a checkpoint of another configuration is told.
 pub(super) const OTHER: &str = "the checkpoint is of another configuration than the run's config.toml";
+/// A step in the mirror image.
+const MIRROR: Mirror = Mirror { observation: mirror_low, action: mirror_low_action };
 /// Values in a row of the replay buffer.
 const ROW: usize = Transition::row_length(LOW_OBSERVATION, LOW_ACTION);
 
@@ -84,7 +86,8 @@ impl LowLearner {
             normaliser: None,
             stored: 0,
             sampler: Rng::seed_from_u64(derive(config.seed, 2)),
-            batch: Batch::new(config.low.batch, LOW_OBSERVATION, LOW_ACTION),
+            batch: Batch::new(config.low.batch, LOW_OBSERVATION, LOW_ACTION)
+                .with_mirror(config.low.mirror.then_some(MIRROR)),
             losses: Td3Losses::default(),
             rate_factor: 1.0,
             config: config.low.clone(),
@@ -106,7 +109,7 @@ impl LowLearner {
         self.stored += 1;
         match &self.normaliser {
             None => self.warmup.push(transition),
-            Some(normaliser) => store(&mut self.replay, normaliser, self.config.discount, transition),
+            Some(normaliser) => store(&mut self.replay, normaliser, transition),
         }
     }
 
@@ -139,13 +142,19 @@ impl LowLearner {
         self.refresh()
     }
 
-    /// Fixes the normaliser and stores the warm-up through it.
+    /// Fixes the normaliser and stores the warm-up through it. Of mirror images, too, if the learner sees such: a normalised
+    /// mirror image must be the mirror image of what is normalised.
     fn finish_warmup(&mut self) -> Result<()> {
-        let observations: Vec<f32> =
+        let mut observations: Vec<f32> =
             self.warmup.iter().flat_map(|transition| transition.observation.iter().copied()).collect();
+        if self.config.mirror {
+            let mut mirrored = observations.clone();
+            mirrored.chunks_exact_mut(LOW_OBSERVATION).for_each(mirror_low);
+            observations.extend(mirrored);
+        }
         let normaliser = Normaliser::of(&observations, LOW_OBSERVATION);
         for transition in std::mem::take(&mut self.warmup) {
-            store(&mut self.replay, &normaliser, self.config.discount, transition);
+            store(&mut self.replay, &normaliser, transition);
         }
         self.normaliser = Some(normaliser);
         self.refresh()
@@ -233,14 +242,14 @@ impl LowLearner {
     }
 }
 
-fn store(replay: &mut ReplayBuffer, normaliser: &Normaliser, discount: f32, mut transition: LowTransition) {
+fn store(replay: &mut ReplayBuffer, normaliser: &Normaliser, mut transition: LowTransition) {
     normaliser.apply(&mut transition.observation);
     normaliser.apply(&mut transition.next_observation);
     Transition {
         observation: &transition.observation,
         action: &transition.action,
         reward: transition.reward,
-        discount: if transition.terminated { 0.0 } else { discount },
+        discount: transition.discount,
         next_observation: &transition.next_observation,
     }
     .store(replay);

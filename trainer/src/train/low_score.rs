@@ -98,7 +98,7 @@ fn score_family(config: &Config, family: Family, network: &mut ActingNetwork) ->
             let mut action = [0.0; LOW_ACTION];
             network.run(robot.observation(), &mut action);
             let is_random = !robot.target_is_goal();
-            let (_, attempt) = robot.step(action);
+            let attempt = robot.step(action, &mut Vec::new()).attempt;
             if is_random && !matches!(attempt, Attempt::Running | Attempt::Cut) {
                 left -= 1;
                 attempts += 1;

@@ -75,6 +75,7 @@ impl LowStage {
 impl Stage for LowStage {
     fn round(&mut self, learners: &mut Learners) -> Result<()> {
         let (low, progress, robots) = (&mut learners.low, self.progress(), self.robots.len());
+        let mut transitions = Vec::new();
         for (index, (robot, rng)) in self.robots.iter_mut().zip(&mut self.explorers).enumerate() {
             let action = if low.is_warm() {
                 let mut action = [0.0; LOW_ACTION];
@@ -83,19 +84,20 @@ impl Stage for LowStage {
             } else {
                 [rng.random_range(-1.0..=1.0), rng.random_range(-1.0..=1.0)]
             };
-            let (transition, attempt) = robot.step(action);
+            let observation = *robot.observation();
+            let report = robot.step(action, &mut transitions);
             let trail = &mut self.trails[index];
-            trail.push(&[&transition.observation, &transition.action], transition.reward, low.discount());
-            if attempt != Attempt::Running {
-                let judged = transition.terminated.then(|| trail.judge(|inputs| low.values(inputs)));
-                if let Some(ended) = ended(attempt, trail.total(), judged) {
+            trail.push(&[&observation, &action], report.reward, low.discount());
+            if report.attempt != Attempt::Running {
+                let judged = report.is_terminated.then(|| trail.judge(|inputs| low.values(inputs)));
+                if let Some(ended) = ended(report.attempt, trail.total(), judged) {
                     self.attempts.push(ended);
                 }
                 trail.clear();
             }
-            low.store(transition);
             self.env_steps += 1;
         }
+        transitions.into_iter().for_each(|transition| low.store(transition));
         low.learn(self.progress())
     }
 
