@@ -1,14 +1,14 @@
 //! A rolling map around the robot, of fixed size: what was seen occupied, and where the robot has been.
 //!
-//! 64 x 64 cells of 0.25 m in the `odom` frame, stored as a torus: a cell's place is its world index modulo
-//! 64, and rows and columns that the window leaves are cleared. Occupancy is evidence that hits raise and
+//! 128 x 128 cells of 0.25 m in the `odom` frame, stored as a torus: a cell's place is its world index modulo
+//! 128, and rows and columns that the window leaves are cleared. Occupancy is evidence that hits raise and
 //! passing beams lower, so that people do not burn in.
 
 use crate::geometry::Point;
 use crate::scan::ScanView;
 
 /// Cells a side.
-pub const MAP_CELLS: usize = 64;
+pub const MAP_CELLS: usize = 128;
 /// Side of a cell, m.
 pub const CELL_M: f32 = 0.25;
 const MASK: i32 = MAP_CELLS as i32 - 1;
@@ -186,14 +186,14 @@ impl LocalMap {
     }
 
     /// The occupied cells as bits: bit `c` of word `r` is the cell at `origin + (c, r)`.
-    pub fn occupancy_rows(&self) -> [u64; MAP_CELLS] {
-        let mut rows = [0_u64; MAP_CELLS];
+    pub fn occupancy_rows(&self) -> [u128; MAP_CELLS] {
+        let mut rows = [0_u128; MAP_CELLS];
         let shift = (self.origin.ix & MASK) as u32;
         for (row, bits) in rows.iter_mut().enumerate() {
             let start = (((self.origin.iy + row as i32) & MASK) as usize) * MAP_CELLS;
-            let mut word = 0_u64;
+            let mut word = 0_u128;
             for (column, &evidence) in self.evidence[start..start + MAP_CELLS].iter().enumerate() {
-                word |= u64::from(evidence >= OCCUPIED) << column;
+                word |= u128::from(evidence >= OCCUPIED) << column;
             }
             *bits = word.rotate_right(shift);
         }

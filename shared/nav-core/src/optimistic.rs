@@ -13,8 +13,8 @@ const CELLS: usize = MAP_CELLS * MAP_CELLS;
 pub const UNIT_M: f32 = CELL_M / 5.0;
 /// How much dearer a cell beside an obstacle is.
 pub const NEAR_FACTOR: u16 = 3;
-/// Above any spread of queued keys: border seeds (at most 16 m * sqrt 2 apart) and one step.
-const BUCKETS: usize = 512;
+/// Above any spread of queued keys: border seeds (at most 32 m * sqrt 2 apart) and one step.
+const BUCKETS: usize = 1024;
 const NONE: u16 = u16::MAX;
 const UNREACHED: u16 = u16::MAX;
 
@@ -127,11 +127,11 @@ impl OptimisticGeodesic {
     }
 
     /// Turns occupancy bits into factors: occupied and one-cell gaps blocked, their neighbours dear.
-    fn paint(&mut self, occupied: &[u64; MAP_CELLS]) {
-        let row = |rows: &[u64; MAP_CELLS], index: usize, offset: isize| {
+    fn paint(&mut self, occupied: &[u128; MAP_CELLS]) {
+        let row = |rows: &[u128; MAP_CELLS], index: usize, offset: isize| {
             index.checked_add_signed(offset).and_then(|at| rows.get(at)).copied().unwrap_or(0)
         };
-        let mut blocked = [0_u64; MAP_CELLS];
+        let mut blocked = [0_u128; MAP_CELLS];
         for (index, bits) in blocked.iter_mut().enumerate() {
             let (here, up, down) =
                 (row(occupied, index, 0), row(occupied, index, 1), row(occupied, index, -1));
