@@ -239,6 +239,8 @@ impl<T: Tick> Loop<'_, T> {
             subgoal_action: u32::try_from(status.action).unwrap_or(u32::MAX),
             subgoal_x_m: status.subgoal_m.0,
             subgoal_y_m: status.subgoal_m.1,
+            wish_linear_mps: status.wish.linear_mps,
+            wish_angular_radps: status.wish.angular_radps,
             scan_age_ns: inputs.scan.header.age_ns(now_ns),
             odom_age_ns: inputs.odom.header.age_ns(now_ns),
             policy_ns: decided_ns - began_ns,
