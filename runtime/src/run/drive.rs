@@ -135,7 +135,7 @@ impl<T: Tick> Loop<'_, T> {
     fn run_by_scan(&mut self) -> Result<End, DriveError> {
         // The scan that came before arming is the first to be answered.
         let mut woken_ns = monotonic_ns();
-        self.counted_tick(woken_ns, true)?;
+        self.counted(|running| running.tick(woken_ns, true))?;
         loop {
             self.counted(|running| running.ports.wait(GLANCE))?;
             woken_ns = monotonic_ns();
@@ -144,7 +144,7 @@ impl<T: Tick> Loop<'_, T> {
                 return Ok(end);
             }
             if is_new {
-                self.counted_tick(woken_ns, true)?;
+                self.counted(|running| running.tick(woken_ns, true))?;
                 self.live.store_trouble(self.tally.overruns, self.tally.heap.allocations);
             }
         }
@@ -159,7 +159,7 @@ impl<T: Tick> Loop<'_, T> {
                 return Ok(end);
             }
             self.tally.note_start(woken_ns);
-            self.counted_tick(woken_ns, is_new)?;
+            self.counted(|running| running.tick(woken_ns, is_new))?;
             let skipped = grid.advance(monotonic_ns(), arrived_ns);
             self.tally.note_skipped(skipped);
             self.live.store_trouble(self.tally.overruns, self.tally.heap.allocations);
@@ -211,10 +211,6 @@ impl<T: Tick> Loop<'_, T> {
             self.heard_ns = woken_ns;
         }
         Ok(is_new)
-    }
-
-    fn counted_tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
-        self.counted(|running| running.tick(woken_ns, is_new))
     }
 
     fn tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
