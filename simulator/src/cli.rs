@@ -104,7 +104,7 @@ pub(crate) struct Arguments {
     /// Put the true pose after each step into the report
     #[arg(long, requires = "report")]
     pub(crate) poses: bool,
-    /// Draw each episode into this folder
+    /// Draw each episode into this folder, and the last seconds before a collision
     #[arg(long, value_name = "DIR")]
     pub(crate) draw: Option<PathBuf>,
     /// What to show while it runs

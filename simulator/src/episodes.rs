@@ -1,14 +1,18 @@
 //! Episodes in a row, from the first scan to the report.
 
 use anyhow::{Context, Result};
+use nav_core::twist::Twist;
 use nav_env::episode_loop::{Onlooker, drive_episode};
+use nav_env::seen::seen;
 use nav_env::worlds::{Place, Scene};
 use nav_host::exit::Exit;
 use nav_host::stop::{Second, Stop};
 use nav_host::terminal::{debug, inform, say};
+use nav_sim::drawing::Seen;
 use nav_sim::simulation::Simulation;
 
 use crate::cli::Pace;
+use crate::follow::Follow;
 use crate::link::{Link, LinkError};
 use crate::picture::Picture;
 use crate::plan::Plan;
@@ -121,20 +125,34 @@ struct Onlookers<'a> {
     trajectory: Trajectory,
     picture: Option<Picture>,
     view: &'a mut Option<View>,
+    follow: Follow,
+    /// Of the newest scan, for whoever draws.
+    seen: Option<Seen>,
 }
 
 impl Onlooker<Link> for Onlookers<'_> {
     fn commanded(&mut self, simulation: &Simulation, link: &Link) {
-        if let Some(picture) = &mut self.picture {
-            picture.step(simulation);
-            picture.note(link.status(), self.goal_id);
+        if self.picture.is_none() && self.view.is_none() {
+            return;
         }
+        self.follow.take(link.messages());
+        let (status, command) = (link.status(), link.command().twist());
+        let seen = Seen {
+            wish: Twist::new(status.wish_linear_mps, status.wish_angular_radps),
+            command,
+            ..seen(simulation, link.messages(), self.follow.tracks())
+        };
+        if let Some(picture) = &mut self.picture {
+            picture.step(simulation, Some(seen.clone()));
+            picture.note(status, self.goal_id);
+        }
+        self.seen = Some(seen);
     }
 
     fn driven(&mut self, simulation: &Simulation, link: &Link) {
         self.trajectory.push(simulation.pose());
-        if let Some(view) = self.view {
-            view.show(simulation, link.command(), simulation.outcome().is_over());
+        if let (Some(view), Some(seen)) = (&mut self.view, &self.seen) {
+            view.show(simulation, seen, link.command().faults, simulation.outcome().is_over());
         }
     }
 }
@@ -156,6 +174,8 @@ fn drive(
         trajectory: Trajectory::new(simulation.pose(), plan.with_poses),
         picture: plan.draw.as_ref().map(|_| Picture::new(&plan.task, place)),
         view,
+        follow: Follow::new(&plan.task),
+        seen: None,
     };
     let metrics = drive_episode(simulation, place, goal_id, link, &mut onlookers)?;
     let Onlookers { trajectory, picture, .. } = onlookers;
@@ -175,7 +195,7 @@ fn drive(
     };
     inform(report.line());
     if let (Some(mut picture), Some(folder)) = (picture, &plan.draw) {
-        picture.step(simulation);
+        picture.step(simulation, None);
         picture.write(folder, &report)?;
     }
     Ok(report)

@@ -285,6 +285,11 @@ impl Link {
         &self.command
     }
 
+    /// What was sent last.
+    pub(crate) fn messages(&self) -> &Messages {
+        &self.messages
+    }
+
     /// What the runtime last said it does.
     pub(crate) fn status(&self) -> &Status {
         &self.status

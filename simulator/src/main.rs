@@ -8,6 +8,7 @@ mod worlds;
 mod episodes;
 mod link;
 
+mod follow;
 mod view;
 mod picture;
 mod report;

@@ -3,9 +3,10 @@
 use anyhow::{Context, Result};
 use nav_core::geometry::Point;
 use nav_core::messages::{RunState, Status};
+use nav_core::metrics::EpisodeEnd;
 use nav_core::task::Task;
 use nav_env::worlds::Place;
-use nav_sim::drawing::{Decision, EpisodeTrace, TraceStep, svg, write_picture};
+use nav_sim::drawing::{Decision, EpisodeTrace, Seen, TraceStep, svg, svg_strips, write_picture};
 use nav_sim::simulation::Simulation;
 use std::path::Path;
 
@@ -25,8 +26,8 @@ impl Picture {
     }
 
     /// Adds the present moment.
-    pub(crate) fn step(&mut self, simulation: &Simulation) {
-        self.trace.steps.push(TraceStep::of(simulation, None));
+    pub(crate) fn step(&mut self, simulation: &Simulation, seen: Option<Seen>) {
+        self.trace.steps.push(TraceStep::of(simulation, seen));
     }
 
     /// Adds a decision if the runtime says that it drives to another subgoal than before.
@@ -43,15 +44,20 @@ impl Picture {
         }
     }
 
-    /// Draws `<world>.svg` into a folder.
+    /// Draws `<world>-<seed>.svg` into a folder, and of a collision `<world>-<seed>-collision.svg`.
     pub(crate) fn write(mut self, folder: &Path, report: &EpisodeReport) -> Result<()> {
-        self.trace.end = Some(report.metrics.end);
+        (self.trace.end, self.trace.hit_while_standing) =
+            (Some(report.metrics.end), report.metrics.hit_while_standing);
         let name: String = report
             .world
             .chars()
             .map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' })
             .collect();
-        let path = folder.join(format!("{name}-{}.svg", report.seed));
-        write_picture(&path, &svg(&self.trace)).context("--draw")
+        let path = |end: &str| folder.join(format!("{name}-{}{end}.svg", report.seed));
+        write_picture(&path(""), &svg(&self.trace)).context("--draw")?;
+        if report.metrics.end == EpisodeEnd::Collision {
+            write_picture(&path("-collision"), &svg_strips(&[self.trace])).context("--draw")?;
+        }
+        Ok(())
     }
 }

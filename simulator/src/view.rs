@@ -1,8 +1,15 @@
 //! A map in the terminal, redrawn in place: two by four dots a character. It fits the terminal, whatever its size.
+//!
+//! | mark | meaning |
+//! |---|---|
+//! | arrow, `X` | the robot, the goal |
+//! | `O`, `o` | people whom the safety gate follows as moving, and others |
+//! | dots before an `O` | where the gate believes them to walk in the next second |
 
 use nav_core::geometry::Point;
-use nav_core::messages::CmdVel;
+use nav_core::messages::fault;
 use nav_host::terminal;
+use nav_sim::drawing::Seen;
 use nav_sim::simulation::Simulation;
 use nav_sim::world::Bounds;
 use std::time::{Duration, Instant};
@@ -12,7 +19,11 @@ const COLUMNS_MAX: usize = 56;
 /// The tallest map, lines.
 const ROWS_MAX: usize = 34;
 /// Lines of words below the map.
-const WORDS: usize = 2;
+const WORDS: usize = 3;
+/// Somebody this near to a track is followed, m.
+const FOLLOWED_M: f32 = 0.5;
+/// Dots of the way that somebody is believed to walk in a second.
+const AHEAD_DOTS: u8 = 8;
 /// Pictures come no faster than this.
 const FRAME: Duration = Duration::from_millis(100);
 
@@ -126,7 +137,7 @@ impl View {
     }
 
     /// Draws the present moment over the last picture, if it is time for one or the episode is over.
-    pub(crate) fn show(&mut self, simulation: &Simulation, command: &CmdVel, over: bool) {
+    pub(crate) fn show(&mut self, simulation: &Simulation, seen: &Seen, faults: u32, over: bool) {
         self.trail.push(simulation.pose().position());
         if !over && self.last_frame.is_some_and(|last| last.elapsed() < FRAME) {
             return;
@@ -137,7 +148,7 @@ impl View {
             self.fit(simulation, size);
             self.drawn_lines = 0;
         }
-        let picture = self.picture(simulation, command);
+        let picture = self.picture(simulation, seen, faults);
         let lines = picture.matches('\n').count();
         // Back to the first line of the last picture.
         let back = if self.drawn_lines > 0 { format!("\x1b[{}A", self.drawn_lines) } else { String::new() };
@@ -150,15 +161,22 @@ impl View {
         }
     }
 
-    fn picture(&mut self, simulation: &Simulation, command: &CmdVel) -> String {
+    fn picture(&mut self, simulation: &Simulation, seen: &Seen, faults: u32) -> String {
         self.canvas.dots.clone_from(&self.walls);
         self.canvas.marks.fill(None);
         for point in &self.trail {
             self.canvas.dot(*point);
         }
         self.canvas.mark(simulation.world().goal, 'X');
+        let moving = || seen.tracks.iter().filter(|track| track.velocity.norm() > 0.0);
+        for track in moving() {
+            for part in 1..=AHEAD_DOTS {
+                self.canvas.dot(track.position + track.velocity * (f32::from(part) / f32::from(AHEAD_DOTS)));
+            }
+        }
         for person in simulation.people() {
-            self.canvas.mark(person.position, 'o');
+            let is_followed = moving().any(|track| (track.position - person.position).norm() < FOLLOWED_M);
+            self.canvas.mark(person.position, if is_followed { 'O' } else { 'o' });
         }
         let pose = simulation.pose();
         self.canvas.mark(pose.position(), arrow(pose.yaw_rad));
@@ -166,8 +184,14 @@ impl View {
         let words = [
             format!("{:5.1} s  {}", simulation.time_s(), terminal::one_line(&simulation.world().name)),
             format!(
-                "goal {to_goal_m:.1} m  v {:.2} m/s  w {:+.2} rad/s  faults {:#x}",
-                command.linear_mps, command.angular_radps, command.faults
+                "goal {to_goal_m:.1} m  v {:.2} m/s  w {:+.2} rad/s  faults {faults:#x}",
+                seen.command.linear_mps, seen.command.angular_radps
+            ),
+            format!(
+                "wished     v {:.2} m/s  w {:+.2} rad/s{}",
+                seen.wish.linear_mps,
+                seen.wish.angular_radps,
+                if faults & fault::SHIELDED == 0 { "" } else { "  shield acts" }
             ),
         ];
         let mut text = self.canvas.text();
@@ -198,10 +222,37 @@ fn arrow(yaw_rad: f32) -> char {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nav_core::geometry::Vector;
     use nav_core::task::Task;
+    use nav_core::twist::Twist;
     use nav_sim::disturbance::Disturbance;
     use nav_sim::families::{Family, Split, generate};
+    use nav_sim::people::PersonState;
     use std::sync::Arc;
+
+    /// Nothing seen, everything as wished.
+    fn seen(command: Twist) -> Seen {
+        Seen { hits: Vec::new(), tracks: Vec::new(), wish: command, command, intervention: None }
+    }
+
+    #[test]
+    fn the_picture_shows_who_is_followed_and_what_was_wished() {
+        let world = Arc::new(generate(Family::Crowd, Split::Test, 1));
+        let simulation = Simulation::new(world, &Task::default(), &Disturbance::none(), 1);
+        let mut view = View::default();
+        view.begin(&simulation);
+        view.fit(&simulation, (80, 60));
+        let nobody = view.picture(&simulation, &seen(Twist::ZERO), 0);
+        assert!(!nobody.contains('O') && !nobody.contains("shield acts"), "{nobody}");
+        let person = simulation.people()[0];
+        let track = PersonState { velocity: Vector::new(1.0, 0.0), ..person };
+        let all = Seen { tracks: vec![track], wish: Twist::new(0.75, 0.5), ..seen(Twist::ZERO) };
+        let followed = view.picture(&simulation, &all, fault::SHIELDED);
+        assert!(followed.contains('O'), "{followed}");
+        assert!(followed.contains("wished     v 0.75 m/s  w +0.50 rad/s  shield acts"), "{followed}");
+        let dots = |picture: &str| picture.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
+        assert!(dots(&followed) > dots(&nobody), "where they walk: {followed}");
+    }
 
     #[test]
     fn the_picture_shows_walls_robot_and_goal() {
@@ -210,7 +261,7 @@ mod tests {
         let simulation = Simulation::new(world, &Task::default(), &Disturbance::none(), 1);
         let mut view = View::default();
         view.begin(&simulation);
-        let picture = view.picture(&simulation, &CmdVel::default());
+        let picture = view.picture(&simulation, &seen(Twist::ZERO), 0);
         assert!(picture.contains('X'), "{picture}");
         assert!(picture.chars().any(|c| "→↗↑↖←↙↓↘".contains(c)), "{picture}");
         let dots = picture.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
@@ -237,8 +288,7 @@ mod tests {
         let mut view = View::default();
         view.begin(&simulation);
         view.fit(&simulation, size);
-        let command = CmdVel { linear_mps: -0.5, angular_radps: -1.0, faults: 0xfff, ..CmdVel::default() };
-        let picture = view.picture(&simulation, &command);
+        let picture = view.picture(&simulation, &seen(Twist::new(-0.5, -1.0)), 0x1fff);
         picture.lines().map(|line| line.trim_end_matches("\x1b[K").to_owned()).collect()
     }
 
@@ -250,7 +300,7 @@ mod tests {
             assert!(lines.iter().all(|line| line.chars().count() < size.0.max(2)), "{size:?}: {lines:?}");
         }
         let words = lines((60, 24), "maze-1");
-        assert!(words.iter().any(|line| line.ends_with("faults 0xfff")), "all of it is there: {words:?}");
+        assert!(words.iter().any(|line| line.ends_with("faults 0x1fff")), "all of it is there: {words:?}");
     }
 
     #[test]

@@ -135,7 +135,7 @@ impl<T: Tick> Loop<'_, T> {
     fn run_by_scan(&mut self) -> Result<End, DriveError> {
         // The scan that came before arming is the first to be answered.
         let mut woken_ns = monotonic_ns();
-        self.counted_tick(woken_ns, true)?;
+        self.counted(|running| running.tick(woken_ns, true))?;
         loop {
             self.counted(|running| running.ports.wait(GLANCE))?;
             woken_ns = monotonic_ns();
@@ -144,7 +144,7 @@ impl<T: Tick> Loop<'_, T> {
                 return Ok(end);
             }
             if is_new {
-                self.counted_tick(woken_ns, true)?;
+                self.counted(|running| running.tick(woken_ns, true))?;
                 self.live.store_trouble(self.tally.overruns, self.tally.heap.allocations);
             }
         }
@@ -159,7 +159,7 @@ impl<T: Tick> Loop<'_, T> {
                 return Ok(end);
             }
             self.tally.note_start(woken_ns);
-            self.counted_tick(woken_ns, is_new)?;
+            self.counted(|running| running.tick(woken_ns, is_new))?;
             let skipped = grid.advance(monotonic_ns(), arrived_ns);
             self.tally.note_skipped(skipped);
             self.live.store_trouble(self.tally.overruns, self.tally.heap.allocations);
@@ -213,10 +213,6 @@ impl<T: Tick> Loop<'_, T> {
         Ok(is_new)
     }
 
-    fn counted_tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
-        self.counted(|running| running.tick(woken_ns, is_new))
-    }
-
     fn tick(&mut self, woken_ns: u64, is_new: bool) -> Result<(), DriveError> {
         let inputs = self.ports.inputs();
         let began_ns = monotonic_ns();
@@ -239,6 +235,8 @@ impl<T: Tick> Loop<'_, T> {
             subgoal_action: u32::try_from(status.action).unwrap_or(u32::MAX),
             subgoal_x_m: status.subgoal_m.0,
             subgoal_y_m: status.subgoal_m.1,
+            wish_linear_mps: status.wish.linear_mps,
+            wish_angular_radps: status.wish.angular_radps,
             scan_age_ns: inputs.scan.header.age_ns(now_ns),
             odom_age_ns: inputs.odom.header.age_ns(now_ns),
             policy_ns: decided_ns - began_ns,

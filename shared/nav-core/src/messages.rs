@@ -171,6 +171,10 @@ pub struct Status {
     pub subgoal_x_m: f32,
     /// The subgoal in the `odom` frame, m.
     pub subgoal_y_m: f32,
+    /// What was wished before the safety gate saw it, forward speed, m/s.
+    pub wish_linear_mps: f32,
+    /// The same, turning rate, rad/s.
+    pub wish_angular_radps: f32,
     /// Age of the scan when the tick began, ns.
     pub scan_age_ns: u64,
     /// Age of the odometry when the tick began, ns.
@@ -231,7 +235,7 @@ mod tests {
         assert_eq!(size_of::<Goal>(), 16 + 4 * 4);
         assert_eq!(size_of::<CmdVel>(), 16 + 2 * 4 + 8 + 2 * 4);
         assert_eq!((offset_of!(CmdVel, faults), offset_of!(CmdVel, state)), (32, 36));
-        assert_eq!(size_of::<Status>(), 16 + 6 * 4 + 5 * 8);
+        assert_eq!(size_of::<Status>(), 16 + 8 * 4 + 5 * 8);
     }
 
     #[test]

@@ -2,10 +2,9 @@
 //!
 //! **Low level** ([`LOW_OBSERVATION`] = 82 numbers): for each of 36 sectors (counter-clockwise from straight
 //! back) the compressed clearance in [0, 1]; for each its change over [`CHANGE_STEPS`] steps; then the
-//! target's distance (in 5 m, at most 1), exp(-distance), sine and cosine of its direction, forward speed and
-//! turning rate as shares of the fastest (backwards, too, of the fastest forwards), and the same of the last
-//! [`SENT_COMMANDS`] commands, newest first. A base obeys late: without the commands that are under way its next motion
-//! would not follow from what is seen.
+//! target's distance (in 5 m, at most 1), exp(-distance), sine and cosine of its direction, forward speed (negative
+//! backwards) and turning rate as shares of the fastest, and the same of the last [`SENT_COMMANDS`] commands, newest first.
+//! A base obeys late: without the commands that are under way its next motion would not follow from what is seen.
 //!
 //! **High level** ([`HIGH_OBSERVATION`] = 108 numbers), in the goal-aligned frame: for each of 16 directions
 //! [`DIRECTION_FEATURES`] numbers, then [`GLOBAL_FEATURES`] globals. The network scores one candidate at a

@@ -25,4 +25,4 @@ pub const GOAL: Topic = Topic { name: "goal", type_name: "hybridnav/Goal/v1", wr
 /// Velocity commands.
 pub const CMD_VEL: Topic = Topic { name: "cmd_vel", type_name: "hybridnav/CmdVel/v1", writer: "runtime" };
 /// What the runtime is doing.
-pub const STATUS: Topic = Topic { name: "status", type_name: "hybridnav/Status/v1", writer: "runtime" };
+pub const STATUS: Topic = Topic { name: "status", type_name: "hybridnav/Status/v2", writer: "runtime" };

@@ -262,6 +262,25 @@ fn it_does_not_drive_at_what_is_too_near_or_unknown() {
     }
 }
 
+#[test]
+fn the_status_says_what_was_wished_where_the_gate_lets_something_else_leave() {
+    let task = Task::default();
+    let mut controller = boxed(&task, None, eager());
+    for seq in 1..=10 {
+        let (scan, odom, goal) = messages(&task, seq, 1);
+        // Things 5 cm from the footprint, and a robot that stands.
+        let scan = LaserScan { header: scan.header, ..LaserScan::of(&task.lidar, |_| 0.25) };
+        let odom = Odometry { linear_mps: 0.0, ..odom };
+        let (command, status) =
+            controller.tick(seq * PERIOD_NS, Inputs { scan: &scan, odom: &odom, goal: &goal });
+        assert!(
+            (status.wish.linear_mps - 1.0).abs() < 1e-3 && (status.wish.angular_radps - 1.0).abs() < 1e-3
+        );
+        assert!(command.linear_mps < 0.1 && status.faults & fault::SHIELDED != 0, "step {seq}: {command:?}");
+        assert!(status.intervention.is_some());
+    }
+}
+
 /// The command and the faults after 3 s of wishing to drive back, on a robot that may reverse at `linear_min_mps`, in a wide
 /// space but for what `change` makes of the scans.
 fn driven_back(linear_min_mps: f32, lidar: Lidar, change: impl Fn(&mut LaserScan)) -> (f32, u32) {

@@ -3,7 +3,7 @@
 //! Reading order: [`worlds`] (where they drive); to learn, [`episode`] (one robot in one world, step by step), [`low`]
 //! and [`high`] (what each level learns from); to be judged, [`messages`] and [`episode_loop`] (the one loop of an
 //! episode) within [`limits`], [`robot`] (with a controller in the same process), [`informed`] (one that is told who moves),
-//! [`other_lidar`] (for its scans), [`batch`] (many of them), [`rows`] and [`summary`] (what is kept of them). [`seeds`] keeps random streams apart.
+//! [`other_lidar`] (for its scans), [`seen`] (for its pictures), [`batch`] (many of them), [`rows`] and [`summary`] (what is kept of them). [`seeds`] keeps random streams apart.
 
 pub mod seeds;
 pub mod worlds;
@@ -18,6 +18,7 @@ pub mod limits;
 pub mod other_lidar;
 pub mod robot;
 pub mod informed;
+pub mod seen;
 pub mod batch;
 pub mod rows;
 pub mod summary;

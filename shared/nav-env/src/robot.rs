@@ -10,7 +10,6 @@ use nav_core::tick::{Tick, TickStatus};
 use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::drawing::{Decision, EpisodeTrace, Seen, TraceStep};
-use nav_sim::people::PersonState;
 use nav_sim::simulation::Simulation;
 use std::convert::Infallible;
 use std::time::Instant;
@@ -19,6 +18,7 @@ use crate::episode_loop::{Answer, Commands, Onlooker, drive_episode};
 use crate::limits::Limits;
 use crate::messages::Messages;
 use crate::other_lidar::OtherLidar;
+use crate::seen::seen;
 use crate::worlds::Place;
 
 /// What drives an episode.
@@ -173,25 +173,12 @@ impl<D: Driver + ?Sized> Onlooker<InProcess<'_, D>> for Option<EpisodeTrace> {
 impl<D: Driver + ?Sized> InProcess<'_, D> {
     /// What the robot saw and did in the newest tick.
     fn seen(&self, simulation: &Simulation) -> Seen {
-        let (Messages { scan, odom, .. }, pose) = (&self.robot.messages, simulation.pose());
-        let hits = scan.ranges_m().iter().enumerate().filter(|(_, range_m)| **range_m < scan.range_max_m);
-        let hits = hits.map(|(beam, range_m)| {
-            let (sin, cos) = libm::sincosf(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
-            pose.parent_from_local(Point::new(range_m * cos, range_m * sin))
-        });
-        let world_from_odom = pose.after(&odom.pose.inverse());
         let tracks = self.driver.shield().map_or(&[][..], |shield| shield.tracker().tracks());
-        let tracks = tracks.iter().map(|track| {
-            let position = world_from_odom.parent_from_local(track.position);
-            let ahead = world_from_odom.parent_from_local(track.position + track.velocity);
-            PersonState { position, velocity: ahead - position, radius_m: track.radius_m }
-        });
         Seen {
-            hits: hits.collect(),
-            tracks: tracks.collect(),
             wish: self.status.wish,
             command: self.command,
             intervention: self.status.intervention,
+            ..seen(simulation, &self.robot.messages, tracks)
         }
     }
 }

@@ -11,7 +11,7 @@
 //! | odom | `hybridnav/Odometry/v1` | 40 | 8 |
 //! | goal | `hybridnav/Goal/v1` | 32 | 8 |
 //! | cmd_vel | `hybridnav/CmdVel/v1` | 40 | 8 |
-//! | status | `hybridnav/Status/v1` | 80 | 8 |
+//! | status | `hybridnav/Status/v2` | 88 | 8 |
 //!
 //! After each message the writer notifies, with event id 0, the event service of the same name.
 
@@ -75,6 +75,6 @@ mod tests {
         assert_eq!(layout::<Wire<Odometry>>(), (40, 8));
         assert_eq!(layout::<Wire<Goal>>(), (32, 8));
         assert_eq!(layout::<Wire<CmdVel>>(), (40, 8));
-        assert_eq!(layout::<Wire<Status>>(), (80, 8));
+        assert_eq!(layout::<Wire<Status>>(), (88, 8));
     }
 }

@@ -90,8 +90,8 @@ fn every_field_is_where_the_page_says() {
     layout!(Odometry: pose.x_m, pose.y_m, pose.yaw_rad, linear_mps, angular_radps, reserved);
     layout!(Goal: x_m, y_m, radius_m, id);
     layout!(CmdVel: linear_mps, angular_radps, scan_seq, faults, state);
-    layout!(Status: state, faults, goal_id, subgoal_action, subgoal_x_m, subgoal_y_m, scan_age_ns, odom_age_ns,
-        policy_ns, tick_ns, overruns);
+    layout!(Status: state, faults, goal_id, subgoal_action, subgoal_x_m, subgoal_y_m, wish_linear_mps,
+        wish_angular_radps, scan_age_ns, odom_age_ns, policy_ns, tick_ns, overruns);
 }
 
 #[test]

@@ -8,12 +8,15 @@
 //! | green ring | the goal and the radius within which it counts as reached |
 //! | violet dots and thin lines | subgoals, joined to where they were chosen |
 //! | violet square | the decision to wait |
-//! | orange discs and lines | people where the picture ends, and their ways |
+//! | orange discs, lines and arrows | people where the picture ends, their ways, and where they walk in the next second |
+//! | dashed rings and arrows | whom the safety gate believes to move, and how |
+//! | thick and dashed line at the robot | where its last command and its last wish lead in a second |
 //!
 //! [`svg_strips`] draws the last seconds of episodes moment by moment, with what the robot saw and did; the foot of its
 //! sheets says what its marks mean.
 
 mod episode;
+mod moment;
 mod strip;
 mod canvas;
 mod lettering;

@@ -2,7 +2,8 @@
 
 use super::canvas::{Canvas, Panel};
 use super::lettering::{Anchor, Style, write_text};
-use super::{EpisodeTrace, TraceStep};
+use super::{EpisodeTrace, TraceStep, moment};
+use crate::people::PersonState;
 use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_GOAL, ACTION_WAIT};
 
@@ -33,6 +34,7 @@ pub(super) fn panel(trace: &EpisodeTrace, width: f32) -> Panel {
     draw_way(&mut canvas, &trace.steps, 0.55 * unit);
     draw_decisions(&mut canvas, trace, unit);
     draw_robot(&mut canvas, trace, edge_px);
+    draw_seen(&mut canvas, trace);
 
     let height = head + canvas.height() + foot;
     let mut body = std::mem::take(&mut canvas.svg);
@@ -84,6 +86,9 @@ fn draw_people(canvas: &mut Canvas, trace: &EpisodeTrace, unit: f32) {
         let last = way.clone().next_back().unwrap_or(person.start);
         canvas.line(way, &trail);
         canvas.circle(last, person.radius_m, &disc);
+    }
+    for person in trace.steps.last().iter().flat_map(|step| &step.people) {
+        moment::draw_velocity(canvas, person, &moment::stroke(PERSON, 1.4));
     }
 }
 
@@ -140,6 +145,17 @@ fn draw_robot(canvas: &mut Canvas, trace: &EpisodeTrace, edge_px: f32) {
             format!(r#"fill="{color}" fill-opacity="0.85" stroke="{color}" stroke-width="{edge_px:.1}""#);
         canvas.circle(last.position(), trace.robot_radius_m, &body);
         canvas.heading(last.position(), last.yaw_rad, 1.6 * trace.robot_radius_m, &tick(&color));
+    }
+}
+
+/// What the robot saw and did last.
+fn draw_seen(canvas: &mut Canvas, trace: &EpisodeTrace) {
+    let newest = trace.steps.iter().rev().take(2).find_map(|step| Some((step.pose, step.seen.as_ref()?)));
+    if let Some((pose, seen)) = newest {
+        let moving = |track: &&PersonState| track.velocity.norm() > 0.0;
+        let tracks: Vec<PersonState> = seen.tracks.iter().filter(moving).copied().collect();
+        moment::draw_tracks(canvas, &tracks);
+        moment::draw_commands(canvas, pose, seen);
     }
 }
 

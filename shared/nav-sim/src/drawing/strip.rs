@@ -3,10 +3,12 @@
 use super::canvas::{Canvas, Panel};
 use super::episode::{self, CRASH, FAINT, PERSON, TEXT};
 use super::lettering::{Anchor, Style, write_text};
-use super::{EpisodeTrace, Seen, TraceStep};
-use crate::people::PersonState;
+use super::moment::{
+    self, COMMAND, TRACK, WISH, dashed, draw_velocity, person_fill, still_ring, stroke, track_ring,
+};
+use super::{EpisodeTrace, TraceStep};
 use crate::world::Bounds;
-use nav_core::geometry::{Pose, Vector};
+use nav_core::geometry::Vector;
 use nav_core::twist::Twist;
 use std::fmt::Write;
 
@@ -20,13 +22,6 @@ const GAP_PX: f32 = 10.0;
 /// Above and below the windows, px.
 const HEAD_PX: f32 = 30.0;
 const FOOT_PX: f32 = 62.0;
-/// Velocities and commands are drawn as far as they lead in this time, s.
-const AHEAD_S: f32 = 1.0;
-/// Of what the safety gate follows.
-const TRACK: &str = "#1f7a8c";
-const WISH: &str = "#8e44ad";
-const COMMAND: &str = "#103466";
-
 /// Width of every strip, px.
 pub(super) const STRIP_PX: f32 = MOMENTS_S.len() as f32 * (WINDOW_PX + GAP_PX) + GAP_PX;
 
@@ -124,49 +119,20 @@ fn draw_moment(canvas: &mut Canvas, trace: &EpisodeTrace, at: usize, step: &Trac
         canvas.circle(person.position, person.radius_m, &person_fill());
         draw_velocity(canvas, person, &stroke(PERSON, 1.6));
     }
-    for hit in step.seen.iter().flat_map(|seen| &seen.hits) {
-        canvas.dot(*hit, 1.7, &format!(r#"fill="{CRASH}""#));
-    }
-    for track in step.seen.iter().flat_map(|seen| &seen.tracks) {
-        let ring = if track.velocity.norm() > 0.0 { track_ring() } else { still_ring() };
-        canvas.circle(track.position, track.radius_m, &ring);
-        draw_velocity(canvas, track, &stroke(TRACK, 1.6));
+    if let Some(seen) = &step.seen {
+        for hit in &seen.hits {
+            canvas.dot(*hit, 1.7, &format!(r#"fill="{CRASH}""#));
+        }
+        moment::draw_tracks(canvas, &seen.tracks);
     }
     let is_crash = at + 1 == trace.steps.len();
     let color = if is_crash { CRASH.to_owned() } else { episode::ramp(1.0) };
     let body = format!(r#"fill="{color}" fill-opacity="0.75" stroke="{color}" stroke-width="1.2""#);
     canvas.circle(step.pose.position(), trace.robot_radius_m, &body);
     canvas.heading(step.pose.position(), step.pose.yaw_rad, trace.robot_radius_m, &stroke("#ffffff", 1.6));
-    if let Some(Seen { wish, command, .. }) = &step.seen {
-        draw_command(canvas, step.pose, *command, &stroke(COMMAND, 2.6));
-        draw_command(canvas, step.pose, *wish, &dashed(WISH));
+    if let Some(seen) = &step.seen {
+        moment::draw_commands(canvas, step.pose, seen);
     }
-}
-
-/// From the middle of somebody to where the velocity leads, with a head.
-fn draw_velocity(canvas: &mut Canvas, walker: &PersonState, attributes: &str) {
-    let ahead = walker.velocity * AHEAD_S;
-    // A stroke shorter than that would hide in the disc.
-    if ahead.norm() < 0.1 {
-        return;
-    }
-    let tip = walker.position + ahead;
-    let back = ahead.normalize() * 0.13;
-    let aside = Vector::new(-back.y, back.x) * 0.6;
-    canvas.line([walker.position, tip], attributes);
-    canvas.line([tip - back + aside, tip, tip - back - aside], attributes);
-}
-
-/// The arc that a command leads along, and the heading at its end: a turn on the spot shows, too.
-fn draw_command(canvas: &mut Canvas, from: Pose, command: Twist, attributes: &str) {
-    const PIECES: u8 = 12;
-    let along = (0..=PIECES)
-        .map(|piece| from.advanced(command, AHEAD_S * f32::from(piece) / f32::from(PIECES)).position());
-    if command.linear_mps.abs() > 0.02 {
-        canvas.line(along, attributes);
-    }
-    let end = from.advanced(command, AHEAD_S);
-    canvas.heading(end.position(), end.yaw_rad, 0.42, attributes);
 }
 
 fn draw_title(svg: &mut String, trace: &EpisodeTrace) {
@@ -202,27 +168,4 @@ fn draw_caption(svg: &mut String, trace: &EpisodeTrace, at: usize, left: f32) {
     if let Some(intervention) = seen.intervention {
         line(2, &intervention.to_string(), TRACK);
     }
-}
-
-fn stroke(color: &str, width_px: f32) -> String {
-    format!(
-        r#"fill="none" stroke="{color}" stroke-width="{width_px}" stroke-linecap="round" stroke-linejoin="round""#
-    )
-}
-
-fn dashed(color: &str) -> String {
-    format!(r#"{} stroke-dasharray="3 4""#, stroke(color, 1.6))
-}
-
-fn person_fill() -> String {
-    format!(r#"fill="{PERSON}" fill-opacity="0.45" stroke="{PERSON}" stroke-width="1""#)
-}
-
-fn track_ring() -> String {
-    format!(r#"fill="none" stroke="{TRACK}" stroke-width="1.6" stroke-dasharray="4 2.5""#)
-}
-
-/// Of somebody who does not move: as good as a wall.
-fn still_ring() -> String {
-    format!(r#"fill="none" stroke="{TRACK}" stroke-opacity="0.45" stroke-width="0.8" stroke-dasharray="2 3""#)
 }
