@@ -39,7 +39,7 @@ pub use arena::Arena;
 pub use contract::{NetworkContract, Port};
 pub use error::LoadError;
 pub use external::DataFile;
-pub use file::{FileBytes, FileError, read_file, read_file_in};
+pub use file::{FileBytes, FileError, read_file, read_file_in, read_named_file};
 pub use oracle::TractOracle;
 pub use parity::{PARITY_CASES, PARITY_TOLERANCE};
 pub use preflight::{MAX_MODEL_BYTES, MAX_NODES};

@@ -1,6 +1,7 @@
-//! Reading a file that may be hostile: once, bounded, without following links.
+//! Reading a file that may be hostile: once, bounded, without following links out of its folder.
 
 use nav_host::sha256::sha256_hex;
+use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
@@ -68,6 +69,18 @@ pub fn read_file_in(folder: &Path, name: &str, limit_bytes: u64) -> Result<FileB
     read_file(&target, limit_bytes)
 }
 
+/// Reads a file that somebody named, as one of the folder that the name leads to: [`read_file_in`].
+///
+/// # Errors
+/// As [`read_file_in`]; a name that is none of a file is [`FileError::NotAFile`].
+pub fn read_named_file(path: &Path, limit_bytes: u64) -> Result<FileBytes, FileError> {
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(OsStr::to_str)) else {
+        return Err(FileError::NotAFile { path: path.to_path_buf() });
+    };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    read_file_in(folder, name, limit_bytes)
+}
+
 /// Reads at most `limit_bytes` of the regular file at `path`, once, and hashes what was read.
 ///
 /// Whoever uses the result uses the bytes that were hashed: the file is not opened again.
@@ -130,6 +143,8 @@ mod tests {
         std::os::unix::fs::symlink("..2026", volume.join("..data")).unwrap();
         std::os::unix::fs::symlink("..data/td3.onnx", volume.join("td3.onnx")).unwrap();
         assert_eq!(read_file_in(&volume, "td3.onnx", 10).unwrap().bytes, b"abc");
+        assert_eq!(read_named_file(&volume.join("td3.onnx"), 10).unwrap().bytes, b"abc");
+        assert!(matches!(read_named_file(Path::new("/"), 10), Err(FileError::NotAFile { .. })));
         std::os::unix::fs::symlink(&outside, volume.join("stolen")).unwrap();
         assert!(matches!(read_file_in(&volume, "stolen", 10), Err(FileError::Link { .. })));
         assert!(matches!(read_file_in(&volume, "none", 10), Err(FileError::Io { .. })));

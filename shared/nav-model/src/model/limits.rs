@@ -83,13 +83,15 @@ pub enum LimitsError {
 }
 
 impl OwnerLimits {
-    /// Reads a file of limits.
+    /// Reads a file of limits; a link is followed where it stays within its folder, as in the volumes of container
+    /// orchestrators.
     ///
     /// # Errors
     /// A file that cannot be read, unknown fields, or numbers of the wrong sign.
     pub fn read(path: &Path) -> Result<Self, LimitsError> {
         let unreadable = |problem| LimitsError::Unreadable { path: path.to_path_buf(), problem };
-        let file = crate::load::read_file(path, MAX_BYTES).map_err(|error| unreadable(error.to_string()))?;
+        let file =
+            crate::load::read_named_file(path, MAX_BYTES).map_err(|error| unreadable(error.to_string()))?;
         let text = String::from_utf8(file.bytes).map_err(|error| unreadable(error.to_string()))?;
         let limits: Self = toml::from_str(&text).map_err(|error| unreadable(error.message().to_owned()))?;
         let given: Vec<_> =
@@ -190,6 +192,27 @@ mod tests {
             let error = check(text).expect_err(text).to_string();
             assert!(parts.iter().all(|part| error.contains(part)), "{parts:?} in {error}");
         }
+    }
+
+    /// As a ConfigMap is mounted, and as the files of a model are read.
+    #[test]
+    fn limits_may_be_a_link_within_their_folder_and_none_to_elsewhere() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (elsewhere, volume) = (folder.path().join("robot.toml"), folder.path().join("volume"));
+        std::fs::create_dir_all(volume.join("..2026")).expect("made");
+        for path in [&elsewhere, &volume.join("..2026/robot.toml")] {
+            std::fs::write(path, "[robot]\nlinear_max_mps = 0.5").expect("written");
+        }
+        let link = |target: &str, name: &str| {
+            std::os::unix::fs::symlink(target, volume.join(name)).expect("linked");
+        };
+        link("..2026", "..data");
+        link("..data/robot.toml", "robot.toml");
+        link("../robot.toml", "stolen.toml");
+        let limits = OwnerLimits::read(&volume.join("robot.toml")).expect("as of a model");
+        assert_eq!(limits.robot.linear_max_mps, Some(0.5));
+        let error = OwnerLimits::read(&volume.join("stolen.toml")).expect_err("elsewhere").to_string();
+        assert!(error.contains("symbolic link to elsewhere"), "{error}");
     }
 
     #[test]

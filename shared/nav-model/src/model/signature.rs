@@ -5,10 +5,9 @@
 
 use minisign_verify::{Error, PublicKey, Signature};
 use nav_core::manifest::{MANIFEST_FILE, SIGNATURE_FILE};
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::load::{FileError, read_file_in};
+use crate::load::{FileError, read_file_in, read_named_file};
 
 /// The largest key or signature that is read, bytes.
 const MAX_BYTES: u64 = 4 << 10;
@@ -86,13 +85,7 @@ impl OwnerKey {
             return Ok(Self(key));
         }
         let refuse = |problem: String| SignatureError::Key { given: given.to_owned(), problem };
-        let path = Path::new(given);
-        let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(OsStr::to_str)) else {
-            return Err(refuse("it is no file".to_owned()));
-        };
-        // Links within its folder are followed, as of a volume that an orchestrator mounts.
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let file = read_file_in(folder, name, MAX_BYTES).map_err(|error| refuse(words(error)))?;
+        let file = read_named_file(Path::new(given), MAX_BYTES).map_err(|error| refuse(words(error)))?;
         let text = String::from_utf8(file.bytes).map_err(|error| refuse(error.to_string()))?;
         // With its comment, as minisign writes it, or the key alone.
         let key = PublicKey::decode(&text).or_else(|_| PublicKey::from_base64(text.trim()));
