@@ -17,6 +17,7 @@
 //! | `people.rs` | where those who move will be, from [`crate::tracker`] |
 //! | `standing.rs` | what stands, from the scans of the last moment |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
+//! | `ways.rs` | the ways to go on that are tried |
 //! | `danger.rs` | what a command leads to |
 //!
 //! **What it cannot promise.** It knows what the lidar shows: nothing behind corners, nothing narrower than the gap between
@@ -31,6 +32,7 @@ mod grid;
 mod motion;
 mod people;
 mod standing;
+mod ways;
 
 pub use self::people::Mover;
 pub use self::standing::MARGIN_M;

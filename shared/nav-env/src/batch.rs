@@ -11,6 +11,9 @@ use std::sync::mpsc;
 use crate::robot::{Driven, Driver, SimulatedRobot};
 use crate::worlds::Place;
 
+/// Stack of a thread that drives robots, whose maps and gates are large values that move on their way into a box.
+pub const STACK_BYTES: usize = 16 << 20;
+
 /// Does `jobs` on threads, each with a worker that `make` makes, and hands what they give to `take`, here and in the
 /// order of the jobs whatever the number of threads; where the system gives none, here, too. Once `stop` says so, no further job is begun; those under way
 /// are finished and taken.
@@ -42,7 +45,9 @@ pub fn in_order<T: Send, W: FnMut(usize) -> T, E>(
                     }
                 }
             };
-            started += usize::from(std::thread::Builder::new().spawn_scoped(scope, worker).is_ok());
+            started += usize::from(
+                std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, worker).is_ok(),
+            );
         }
         drop(send);
         if started == 0 {

@@ -6,6 +6,7 @@ use nav_core::observation::{
 };
 use nav_core::task::ACTION_COUNT;
 use nav_env::ActingNetwork;
+use nav_env::batch::STACK_BYTES;
 use nav_env::high::HighTransition;
 use nav_env::seeds::derive;
 use rand::SeedableRng;
@@ -102,7 +103,8 @@ impl HighLearner {
         let job = Mutex::new(Some(|| drive(acting)));
         let take = || job.lock().unwrap_or_else(PoisonError::into_inner).take();
         let driven = std::thread::scope(|scope| {
-            let driving = Builder::new().spawn_scoped(scope, || take().map(|drive| drive()));
+            let driving =
+                Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, || take().map(|drive| drive()));
             while learner.updates() < due {
                 batch.sample(replay, sampler);
                 *losses = learner.update(batch);

@@ -1,22 +1,17 @@
 //! What a command leads to: what the robot could no longer stop before, and whom it meets.
 
 use super::grid::Grid;
-use super::motion::{Clock, Courses, MOMENTS, Manoeuvre, UnderWay};
+use super::motion::{Clock, Courses, MOMENTS, UnderWay};
 use super::people::People;
 use super::standing::{Bump, Standing};
+use super::ways::{HELD, Manoeuvre, ways_back, ways_on};
 use super::{CLOSE_COST, Hazard, Intervention, STANDING_COST, TOUCH_COST};
 use crate::observation::SENT_COMMANDS;
 use crate::task::Robot;
 use crate::twist::Twist;
-use core::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
-/// Moments for which the command of now is held before another follows: so early is something done about people.
-const HELD: usize = 8;
 /// Share of the difference to its target that a slow base makes up in a fine step: a lag of 0.15 s.
 const SLOW_FOLLOW: f32 = 0.5;
-/// Ways to go on, and those that lead back.
-const WAYS: usize = 12;
-const WAYS_BACK: usize = 4;
 /// Steps by which the base may obey late, from none.
 const LATENCIES: usize = Danger::LATENCY_MAX + 1;
 /// A robot that has not come to a stand after so many fine steps is taken to stand.
@@ -94,49 +89,6 @@ impl Danger<'_> {
         }
     }
 
-    /// The ways to go on after a command that is held for a while.
-    fn ways_on(&self, command: Twist) -> [Manoeuvre; WAYS] {
-        let (v, w) = (self.robot.linear_max_mps, self.robot.angular_max_radps);
-        let (quarter, eighth) = (self.moments_of_turning(FRAC_PI_2), self.moments_of_turning(FRAC_PI_4));
-        let long = (HELD + 4).max(quarter);
-        let straight_on = Twist::new(command.linear_mps, 0.0);
-        let fast = Twist::new(v, 0.0);
-        let way = |first: Twist, until: usize, then: Twist| Manoeuvre { first, until, then };
-        [
-            way(straight_on, MOMENTS, straight_on),
-            way(Twist::ZERO, MOMENTS, Twist::ZERO),
-            way(Twist::new(v, w), eighth, fast),
-            way(Twist::new(v, -w), eighth, fast),
-            way(fast, MOMENTS, fast),
-            way(Twist::new(0.0, w), quarter, fast),
-            way(Twist::new(0.0, -w), quarter, fast),
-            way(Twist::new(0.5 * command.linear_mps, command.angular_radps), quarter, straight_on),
-            way(Twist::new(0.5 * v, w), quarter, fast),
-            way(Twist::new(0.5 * v, -w), quarter, fast),
-            way(Twist::new(0.0, w), long, fast),
-            way(Twist::new(0.0, -w), long, fast),
-        ]
-    }
-
-    /// More ways, for a robot that can drive backwards.
-    fn ways_back(&self) -> [Manoeuvre; WAYS_BACK] {
-        let (v, w) = (self.robot.linear_min_mps, self.robot.angular_max_radps);
-        let (quarter, eighth) = (self.moments_of_turning(FRAC_PI_2), self.moments_of_turning(FRAC_PI_4));
-        let back = Twist::new(v, 0.0);
-        let way = |first: Twist, until: usize, then: Twist| Manoeuvre { first, until, then };
-        [
-            way(back, MOMENTS, back),
-            way(back, quarter, Twist::ZERO),
-            way(Twist::new(v, w), eighth, back),
-            way(Twist::new(v, -w), eighth, back),
-        ]
-    }
-
-    /// Moments that a turn by so much takes at the fastest rate.
-    fn moments_of_turning(&self, angle_rad: f32) -> usize {
-        self.clock.moments_within(angle_rad / self.robot.angular_max_radps)
-    }
-
     /// What is touched first on the way that lasts longest, or who comes close on it.
     fn going_on(&self, command: Twist, limit: f32) -> Option<Met> {
         let mut held = Courses::<1>::new(&self.under_way, [self.latency], [1.0]);
@@ -153,11 +105,11 @@ impl Danger<'_> {
         if self.is_free_straight_on(held.split(0), so_far, command) {
             return None;
         }
-        let ways_on = self.best_of(&held, so_far, &self.ways_on(command), limit)?;
+        let ways_on = self.best_of(&held, so_far, &ways_on(self.robot, self.clock, command), limit)?;
         if !self.robot.reverses() {
             return Some(ways_on);
         }
-        let ways_back = self.best_of(&held, so_far, &self.ways_back(), limit)?;
+        let ways_back = self.best_of(&held, so_far, &ways_back(self.robot, self.clock), limit)?;
         Some(if rank(&ways_back) > rank(&ways_on) { ways_back } else { ways_on })
     }
 

@@ -62,14 +62,6 @@ pub(super) struct UnderWay {
     pub(super) sent: Sent,
 }
 
-/// What follows on the command of now: a target until a moment, and another from then on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Manoeuvre {
-    pub(super) first: Twist,
-    pub(super) until: usize,
-    pub(super) then: Twist,
-}
-
 /// Robots on `N` courses side by side, in the robot frame of now.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Courses<const N: usize> {
