@@ -48,8 +48,8 @@ fn a_return_sums_the_rewards_of_its_steps_and_ends_with_its_attempt() {
         assert!((of_several.reward - sum).abs() < 1e-4, "{first}: {} {sum}", of_several.reward);
         let discount = if attempts[last].1 { 0.0 } else { DISCOUNT.powi((last - first + 1) as i32) };
         assert!((of_several.discount - discount).abs() < 1e-6, "{first}: {}", of_several.discount);
-        assert_eq!(of_several.observation, ones[first].observation);
-        assert_eq!(of_several.action, ones[first].action);
-        assert_eq!(of_several.next_observation, ones[last].next_observation);
+        assert!(of_several.observation.iter().eq(&ones[first].observation));
+        assert!(of_several.action.iter().eq(&ones[first].action));
+        assert!(of_several.next_observation.iter().eq(&ones[last].next_observation));
     }
 }
