@@ -11,10 +11,12 @@
 //! time and sees the scene *rolled* so that the candidate is at index 0: [`expand_candidates`] makes the
 //! [`ACTION_COUNT`] x [`CANDIDATE_FEATURES`] matrix, which makes the scorer equivariant to rotation.
 
+mod directions;
 mod mirror;
 
 pub use self::mirror::{mirror_high, mirror_high_action, mirror_low, mirror_low_action};
 
+use self::directions::DIRECTION_SIN_COS;
 use crate::scan::SECTOR_COUNT;
 use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, CORRIDOR_LIMIT_M, DIRECTION_COUNT, Task};
 use crate::twist::Twist;
@@ -221,31 +223,6 @@ pub fn expand_candidate(observation: &[f32], action: usize, row: &mut [f32]) {
     out[5..GLOBAL_FEATURES].copy_from_slice(&globals[5..]);
     out[GLOBAL_FEATURES..].copy_from_slice(&[sin, cos, is(ACTION_GOAL), is(ACTION_WAIT)]);
 }
-
-/// Sine and cosine of `k * 22.5` degrees.
-const DIRECTION_SIN_COS: [(f32, f32); DIRECTION_COUNT] = {
-    const A: f32 = 0.382_683_43;
-    const B: f32 = core::f32::consts::FRAC_1_SQRT_2;
-    const C: f32 = 0.923_879_5;
-    [
-        (0.0, 1.0),
-        (A, C),
-        (B, B),
-        (C, A),
-        (1.0, 0.0),
-        (C, -A),
-        (B, -B),
-        (A, -C),
-        (0.0, -1.0),
-        (-A, -C),
-        (-B, -B),
-        (-C, -A),
-        (-1.0, 0.0),
-        (-C, A),
-        (-B, B),
-        (-A, C),
-    ]
-};
 
 #[cfg(test)]
 mod tests {
