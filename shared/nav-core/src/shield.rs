@@ -23,7 +23,7 @@
 //! **What it cannot promise.** It knows what the lidar shows: nothing behind corners, nothing narrower than the gap between
 //! two beams at the distance that stopping takes, nothing above or below the plane. People may walk faster than the robot
 //! can get out of their way, turn into it at arm's length, or come from where the robot cannot go. At 1.5 m/s and 2.5 rad/s
-//! wishes that ram still graze something in 17 of 10,000 made-up worlds (at 1 m/s and 1 rad/s in none). A base that slips, a
+//! wishes that ram may still graze something (the property test allows 4 in 1,000; at 1 m/s and 1 rad/s none). A base that slips, a
 //! lidar that errs by more than [`MARGIN_M`], or one that obeys later than [`SENT_COMMANDS`](crate::observation::SENT_COMMANDS)
 //! control periods breaks the promise for what stands, too. It is no certified safety function.
 
