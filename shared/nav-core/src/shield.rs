@@ -18,6 +18,7 @@
 //! | `standing.rs` | what stands, from the scans of the last moment |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
 //! | `ways.rs` | the ways to go on that are tried |
+//! | `intervention.rs` | what the gate did, and because of what |
 //! | `danger.rs` | what a command leads to |
 //!
 //! **What it cannot promise.** It knows what the lidar shows: nothing behind corners, nothing narrower than the gap between
@@ -29,11 +30,13 @@
 
 mod danger;
 mod grid;
+mod intervention;
 mod motion;
 mod people;
 mod standing;
 mod ways;
 
+pub use self::intervention::{Hazard, Intervention};
 pub use self::people::Mover;
 pub use self::standing::MARGIN_M;
 
@@ -48,7 +51,6 @@ use crate::scan::beams::Beams;
 use crate::task::{Robot, Task};
 use crate::tracker::{TRACKS_MAX, Tracker};
 use crate::twist::Twist;
-use core::fmt;
 use heapless::Vec;
 
 /// Forward speeds that are tried, from standing to the fastest.
@@ -74,46 +76,6 @@ const STANDING_COST: (f32, f32) = (10.0, 500.0);
 const PEOPLE_MPS: f32 = 2.0;
 /// Hits this near to somebody whose place is given are theirs, m beyond the radius.
 const PERSON_EDGE_M: f32 = 0.1;
-
-/// Why another command left than was wished.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Intervention {
-    /// Because of what.
-    pub hazard: Hazard,
-    /// In which direction it will be when it is met, robot frame of now, rad.
-    pub bearing_rad: f32,
-    /// In how long, s.
-    pub in_s: f32,
-    /// Whether none of the commands that were tried is safe.
-    pub is_forced: bool,
-}
-
-/// What can be met.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hazard {
-    /// Something that was hit, moving or not, before which the robot could no longer stop.
-    Standing,
-    /// Somebody who moves.
-    Person,
-}
-
-impl fmt::Display for Intervention {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self.hazard {
-            Hazard::Standing => "obstacle",
-            Hazard::Person => "person",
-        };
-        let eighth = libm::roundf(self.bearing_rad / core::f32::consts::FRAC_PI_4) as i32;
-        let side = match eighth {
-            0 => "ahead",
-            1..=2 => "from the left",
-            -2..=-1 => "from the right",
-            _ => "from behind",
-        };
-        let forced = if self.is_forced { ", no safe way" } else { "" };
-        write!(f, "shield: {what} {side}, {:.1} s{forced}", self.in_s)
-    }
-}
 
 /// Where the robot may drive: not where something touches it, or nothing is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
