@@ -74,6 +74,14 @@ impl LocalMap {
         }
     }
 
+    /// A map around the origin in which every cell is occupied as `is_occupied` says, asked anew for each.
+    #[cfg(test)]
+    pub(crate) fn littered(mut is_occupied: impl FnMut() -> bool) -> Self {
+        let mut map = Self::new(Point::origin());
+        map.evidence.fill_with(|| if is_occupied() { OCCUPIED } else { 0 });
+        map
+    }
+
     /// Forgets everything and centres on `center`.
     pub fn clear(&mut self, center: Point) {
         self.origin = origin_around(center);

@@ -13,6 +13,8 @@ const CELLS: usize = MAP_CELLS * MAP_CELLS;
 pub const UNIT_M: f32 = CELL_M / 5.0;
 /// How much dearer a cell beside an obstacle is.
 pub const NEAR_FACTOR: u16 = 3;
+/// From a point to the centres of the cells around its own at most, m.
+const BESIDE_M: f32 = 1.5 * CELL_M * core::f32::consts::SQRT_2;
 /// Above any spread of queued keys: border seeds (at most 32 m * sqrt 2 apart) and one step.
 const BUCKETS: usize = 1024;
 const NONE: u16 = u16::MAX;
@@ -23,6 +25,8 @@ const UNREACHED: u16 = u16::MAX;
 pub struct OptimisticGeodesic {
     origin: Cell,
     cost: [u16; CELLS],
+    /// What is not reached costs more than this, or is not reached at all if this is [`UNREACHED`].
+    end: u16,
     /// 0 blocked, else the factor of entering the cell.
     factor: [u8; CELLS],
     next: [u16; CELLS],
@@ -35,6 +39,7 @@ impl Default for OptimisticGeodesic {
         Self {
             origin: Cell { ix: 0, iy: 0 },
             cost: [UNREACHED; CELLS],
+            end: UNREACHED,
             factor: [1; CELLS],
             next: [NONE; CELLS],
             previous: [NONE; CELLS],
@@ -44,13 +49,18 @@ impl Default for OptimisticGeodesic {
 }
 
 impl OptimisticGeodesic {
-    /// Works out the cost of every cell for a goal in the `odom` frame. A goal outside the window is reached
-    /// in a straight line from the window's edge.
-    pub fn update(&mut self, map: &LocalMap, goal: Point) {
+    /// Works out the cost of every cell from which the way to a goal in the `odom` frame is at most `farther_m` longer
+    /// than from `here`; the others are only known to be farther, whether they are reached at all or not. A goal outside
+    /// the window is reached in a straight line from the window's edge.
+    pub fn update(&mut self, map: &LocalMap, goal: Point, here: Point, farther_m: f32) {
         self.origin = map.origin();
         self.paint(&map.occupancy_rows());
         self.cost.fill(UNREACHED);
         self.heads.fill(NONE);
+        self.end = UNREACHED;
+        let here = Cell::of(here);
+        let enough = ((farther_m + BESIDE_M) / UNIT_M).min(60_000.0) as u16 + 1;
+        let is_open = map.contains(here) && self.factor[self.index(here)] > 0;
         let mut key = usize::MAX;
         let mut queued = 0_usize;
         let goal_cell = Cell::of(goal);
@@ -74,7 +84,7 @@ impl OptimisticGeodesic {
                 }
             }
         }
-        while queued > 0 {
+        while queued > 0 && key <= usize::from(self.end) {
             let bucket = key % BUCKETS;
             let index = self.heads[bucket];
             if index == NONE {
@@ -85,10 +95,26 @@ impl OptimisticGeodesic {
             self.remove(index);
             queued -= 1;
             queued += self.relax_around(index);
+            // As `distance_m` reads it: from its own cell, or else from the nearest of those around.
+            if self.end == UNREACHED && self.are_within(index, here, i32::from(!is_open)) {
+                self.end = self.cost[index].saturating_add(enough);
+            }
+        }
+        if queued == 0 {
+            // What was not reached by now never is.
+            self.end = UNREACHED;
         }
     }
 
-    /// Length of the way from a point to the goal, m; `None` where no way is known.
+    /// Whether two cells are at most so many columns and rows apart.
+    fn are_within(&self, index: usize, cell: Cell, apart: i32) -> bool {
+        let (row, column) = ((index / MAP_CELLS) as i32, (index % MAP_CELLS) as i32);
+        let (dx, dy) = (self.origin.ix + column - cell.ix, self.origin.iy + row - cell.iy);
+        dx.abs().max(dy.abs()) <= apart
+    }
+
+    /// Length of the way from a point to the goal, m; `None` where no way is known. Where the way is longer than
+    /// [`Self::update`] was asked for, some length that is longer than that.
     ///
     /// Read from the point's own cell; from its neighbours only where the own cell has none, as beside a wall:
     /// a neighbour may lie behind it.
@@ -113,7 +139,8 @@ impl OptimisticGeodesic {
         if !side.contains(&dx) || !side.contains(&dy) {
             return None;
         }
-        let cost = self.cost[self.index(cell)];
+        let index = self.index(cell);
+        let cost = if self.factor[index] > 0 { self.cost[index].min(self.end) } else { self.cost[index] };
         (cost != UNREACHED).then(|| f32::from(cost) * UNIT_M + (cell.center() - from).norm())
     }
 
@@ -218,59 +245,4 @@ impl OptimisticGeodesic {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::messages::LaserScan;
-    use crate::scan::{ScanGeometry, ScanView};
-    use crate::task::Task;
-
-    /// A map of a straight wall from y = -2 to y = 2 at x = 2, seen from the origin.
-    fn walled() -> LocalMap {
-        let task =
-            Task { lidar: crate::task::Lidar { beam_count: 720, ..Default::default() }, ..Task::default() };
-        let geometry = ScanGeometry::new(&task);
-        let scan = LaserScan::of(&task.lidar, |angle| {
-            let at_wall = 2.05 * libm::tanf(angle);
-            let hits = libm::cosf(angle) > 0.0 && at_wall.abs() < 2.0;
-            if hits { 2.05 / libm::cosf(angle) } else { f32::INFINITY }
-        });
-        let mut view = ScanView::new(&geometry);
-        view.update(&geometry, scan.ranges_m(), scan.range_max_m);
-        let mut map = LocalMap::new(Point::origin());
-        map.integrate(Point::origin(), 1.0, 0.0, &view);
-        map
-    }
-
-    #[test]
-    fn open_floor_is_nearly_straight() {
-        let map = LocalMap::new(Point::origin());
-        let mut geodesic = OptimisticGeodesic::default();
-        geodesic.update(&map, Point::new(5.0, 3.0));
-        let distance = geodesic.distance_m(Point::origin()).expect("free");
-        let straight = libm::sqrtf(34.0);
-        assert!(
-            distance >= straight - 0.3 && distance < straight * 1.1 + 0.3,
-            "{distance} against {straight}"
-        );
-    }
-
-    #[test]
-    fn a_wall_costs_the_way_round() {
-        let mut geodesic = OptimisticGeodesic::default();
-        geodesic.update(&walled(), Point::new(4.0, 0.0));
-        let distance = geodesic.distance_m(Point::origin()).expect("a way round");
-        assert!(distance > 5.2, "{distance}: through the wall it would be 4");
-        let beside = geodesic.distance_m(Point::new(2.0, 2.8)).expect("free");
-        assert!(beside < distance - 1.5, "going round the end must look like progress");
-    }
-
-    #[test]
-    fn a_goal_outside_the_window_pulls_the_right_way() {
-        let map = LocalMap::new(Point::origin());
-        let mut geodesic = OptimisticGeodesic::default();
-        geodesic.update(&map, Point::new(30.0, 0.0));
-        let here = geodesic.distance_m(Point::origin()).expect("free");
-        let ahead = geodesic.distance_m(Point::new(2.0, 0.0)).expect("free");
-        assert!((here - 30.0).abs() < 1.0 && (here - ahead - 2.0).abs() < 0.3, "{here} {ahead}");
-    }
-}
+mod tests;

@@ -16,6 +16,7 @@
 //! | `motion.rs` | where the robot will be: commands under way, latency, lag, acceleration limits |
 //! | `people.rs` | where those who move will be, from [`crate::tracker`] |
 //! | `standing.rs` | what stands, from the scans of the last moment |
+//! | `kept.rs` | what stood near before that, and no beam has hit since |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
 //! | `ways.rs` | the ways to go on that are tried |
 //! | `intervention.rs` | what the gate did, and because of what |
@@ -31,6 +32,7 @@
 mod danger;
 mod grid;
 mod intervention;
+mod kept;
 mod motion;
 mod people;
 mod standing;
@@ -41,6 +43,7 @@ pub use self::people::Mover;
 pub use self::standing::MARGIN_M;
 
 use self::danger::{Danger, Obstacles};
+use self::kept::Kept;
 use self::motion::{Clock, UnderWay};
 use self::people::People;
 use self::standing::{Sectors, Standing};
@@ -102,6 +105,8 @@ pub struct Shield {
     hits: Standing,
     /// What was hit and is nobody who moves.
     walls: Standing,
+    /// What was, longer ago than that.
+    kept: Kept,
     people: People,
 }
 
@@ -121,6 +126,7 @@ impl Shield {
             is_informed: false,
             hits: Standing::new(),
             walls: Standing::new(),
+            kept: Kept::new(),
             people: People::new(),
         }
     }
@@ -159,9 +165,7 @@ impl Shield {
         self.people.foresee(&self.movers, pose, &self.clock, &self.robot, far_m);
 
         let radius_m = self.robot.radius_m;
-        self.hits.see(&self.beams, &self.sectors, pose, stamp_ns, radius_m, |_| false);
-        // What was hit by one beam may reach up to the next one.
-        self.hits.lay_out(pose, radius_m, self.beams.step_rad(), self.stopping_m());
+        self.hits.see(&self.beams, &self.sectors, pose, stamp_ns, radius_m, |_| false, |_| {});
         let (beams, tracker, movers) = (&self.beams, &self.tracker, &self.movers);
         let is_informed = self.is_informed;
         let is_person = |index: usize| {
@@ -172,11 +176,18 @@ impl Shield {
             let hit = pose.parent_from_local(Point::new(beam.range_m * beam.cos, beam.range_m * beam.sin));
             movers.iter().any(|mover| (hit - mover.position).norm() < mover.radius_m + PERSON_EDGE_M)
         };
-        self.walls.see(beams, &self.sectors, pose, stamp_ns, radius_m, is_person);
+        let kept = &mut self.kept;
+        let leaving = |point| kept.keep(point, here);
+        self.walls.see(beams, &self.sectors, pose, stamp_ns, radius_m, is_person, leaving);
+        let stopping_m = self.stopping_m();
+        self.kept.look_again(&self.beams, pose, stamp_ns, stopping_m);
+
+        // What was hit by one beam may reach up to the next one.
+        self.hits.lay_out(&self.kept, pose, radius_m, self.beams.step_rad(), stopping_m);
         if !self.people.is_empty() {
             let far_m = self.robot.linear_max_mps * self.clock.horizon_s() + 2.0 * radius_m;
             // Farther ahead there will be other scans to go by.
-            self.walls.lay_out(pose, radius_m, 0.5 * self.beams.step_rad(), far_m);
+            self.walls.lay_out(&self.kept, pose, radius_m, 0.5 * self.beams.step_rad(), far_m);
         }
     }
 
@@ -276,6 +287,7 @@ impl Shield {
         self.movers.clear();
         self.hits.forget();
         self.walls.forget();
+        self.kept.forget();
         self.people = People::new();
     }
 }

@@ -101,3 +101,23 @@ fn what_is_forgotten_stops_nobody() {
     assert!(shield.tracker().tracks().is_empty());
     assert_eq!(asked(&shield), (AHEAD, None), "neither walls nor people are known");
 }
+
+/// The end of a wall, hit by one beam and then by none: no beam of a coarse lidar need hit it again. What is wide would be.
+#[test]
+fn thin_things_that_no_beam_hits_any_more_are_not_gone_at_once() {
+    let task = Task::default();
+    let after = |width_rad: f32, unseen: u64| {
+        let mut shield = Shield::new(&task);
+        for seq in 1..=10 + unseen {
+            let is_hit = |angle: f32| seq <= 10 && angle.abs() < 0.5 * width_rad;
+            shield.see(&scan(&task, seq, |angle| if is_hit(angle) { 0.27 } else { 4.0 }), Pose::default());
+        }
+        asked(&shield).0
+    };
+    for (width_rad, what) in [(0.1, "one or two beams"), (1.2, "thirteen beams")] {
+        assert!(after(width_rad, 0) != AHEAD, "{what} hit it");
+        assert_eq!(after(width_rad, 100), AHEAD, "{what} hit it ten seconds ago");
+    }
+    assert!(after(0.1, 20) != AHEAD, "two seconds ago one or two beams hit it");
+    assert_eq!(after(1.2, 20), AHEAD, "something wide is gone after two seconds");
+}

@@ -114,7 +114,9 @@ impl Navigator {
         let remembers = self.task.decision.memory == Memory::Full;
         let mut here_m = None;
         if remembers {
-            self.geodesic.update(&self.map, self.goal);
+            // A gain is at most a whole subgoal distance either way.
+            let farther_m = self.task.decision.subgoal_distance_m;
+            self.geodesic.update(&self.map, self.goal, position, farther_m);
             here_m = self.geodesic.distance_m(position);
         }
         let mut directions = [Direction::default(); DIRECTION_COUNT];

@@ -1,9 +1,10 @@
 //! What stands around the robot: the nearest hit in each of a fixed number of sectors, over the scans of the last moment.
 
 use super::grid::Grid;
+use super::kept::{KEPT_MAX, Kept};
 use crate::geometry::{Point, Pose};
 use crate::messages::MAX_BEAMS;
-use crate::scan::beams::Beams;
+use crate::scan::beams::{Beam, Beams};
 use core::f32::consts::{PI, TAU};
 
 /// Kept free around everything that stands, m: for the lidar's noise and a footprint that is larger than it is said to be.
@@ -16,7 +17,9 @@ const SCANS: usize = 6;
 /// What was seen counts for so long, ns.
 const KEPT_NS: u64 = 600_000_000;
 /// The most points.
-const POINTS: usize = SCANS * SECTORS;
+const POINTS: usize = SCANS * SECTORS + KEPT_MAX;
+/// Neighbouring beams whose ranges differ by more did not hit the same side of a thing, m.
+const GAP_M: f32 = 0.15;
 /// Points are looked at in groups of this size.
 const LANES: usize = 8;
 
@@ -51,13 +54,26 @@ impl Sectors {
     }
 }
 
+/// What the beams beside one hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Beside {
+    /// Both the same thing.
+    Wide,
+    /// One of them the same thing, here in the `odom` frame, m.
+    End(Point),
+    /// Neither.
+    Alone,
+}
+
 /// The nearest thing in a sector.
 #[derive(Clone, Copy, Debug)]
-struct Nearest {
+pub(super) struct Nearest {
     /// Where, in the `odom` frame, m.
-    point: Point,
+    pub(super) point: Point,
     /// When it was seen.
-    stamp_ns: u64,
+    pub(super) stamp_ns: u64,
+    /// What was hit beside it.
+    pub(super) beside: Beside,
 }
 
 /// Points that stand.
@@ -97,8 +113,8 @@ impl Standing {
         }
     }
 
-    /// Takes in a scan from `pose`, without the beams that `is_left_out`. What is too near to be measured touches the
-    /// footprint, of `radius_m`.
+    /// Takes in a scan from `pose`, without the beams that `is_left_out`, and hands out what it no longer counts. What is too
+    /// near to be measured touches the footprint, of `radius_m`.
     pub(super) fn see(
         &mut self,
         beams: &Beams,
@@ -107,35 +123,47 @@ impl Standing {
         stamp_ns: u64,
         radius_m: f32,
         is_left_out: impl Fn(usize) -> bool,
+        mut leaving: impl FnMut(Nearest),
     ) {
-        let mut nearest = [(f32::INFINITY, 0.0, 0.0); SECTORS];
+        let mut nearest = [(f32::INFINITY, 0); SECTORS];
         for (index, beam) in beams.as_slice().iter().enumerate() {
             let range_m = if beam.range_m > 0.0 { beam.range_m } else { radius_m };
             let nearest = &mut nearest[usize::from(sectors.of_beam[index])];
             if !beam.range_m.is_nan() && range_m < nearest.0 && !is_left_out(index) {
-                *nearest = (range_m, range_m * beam.cos, range_m * beam.sin);
+                *nearest = (range_m, index);
             }
         }
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.seen.rotate_right(1);
-        for (seen, (range_m, x, y)) in self.seen[0].iter_mut().zip(nearest) {
-            *seen = range_m.is_finite().then(|| Nearest {
-                point: Point::new(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y),
-                stamp_ns,
+        self.seen[0].iter().flatten().copied().for_each(&mut leaving);
+        for (seen, (range_m, index)) in self.seen[0].iter_mut().zip(nearest) {
+            *seen = range_m.is_finite().then(|| {
+                let at =
+                    |x: f32, y: f32| Point::new(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y);
+                let place = |range_m: f32, beam: &Beam| at(range_m * beam.cos, range_m * beam.sin);
+                let beside = match same_beside(beams.as_slice(), index) {
+                    [Some(_), Some(_)] => Beside::Wide,
+                    [Some(beam), None] | [None, Some(beam)] => Beside::End(place(beam.range_m, beam)),
+                    [None, None] => Beside::Alone,
+                };
+                Nearest { point: place(range_m, &beams.as_slice()[index]), stamp_ns, beside }
             });
         }
         for seen in self.seen[1..].iter_mut().flatten() {
-            *seen = seen.filter(|seen| stamp_ns.saturating_sub(seen.stamp_ns) <= KEPT_NS);
+            if let Some(old) = seen.take_if(|seen| stamp_ns.saturating_sub(seen.stamp_ns) > KEPT_NS) {
+                leaving(old);
+            }
         }
     }
 
     /// Lays the points within `far_m` out for courses of a footprint of `radius_m` from `pose`; beside a hit, something may
-    /// reach so far unseen as `edge_rad` spans. What is nearer already than it should be may not come nearer still.
-    pub(super) fn lay_out(&mut self, pose: Pose, radius_m: f32, edge_rad: f32, far_m: f32) {
+    /// reach so far unseen as `edge_rad` spans. What is nearer already than it should be may not come nearer still. What is
+    /// `kept` counts like what was seen.
+    pub(super) fn lay_out(&mut self, kept: &Kept, pose: Pose, radius_m: f32, edge_rad: f32, far_m: f32) {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
         self.reach_m = far_m + radius_m + MARGIN_M + edge_rad * far_m;
-        for seen in self.seen.iter().flatten().flatten() {
+        for seen in self.seen.iter().flatten().flatten().chain(kept.iter()) {
             let (dx, dy) = (seen.point.x - pose.x_m, seen.point.y - pose.y_m);
             let range2_m2 = dx * dx + dy * dy;
             if range2_m2 > far_m * far_m {
@@ -212,4 +240,13 @@ impl Standing {
         self.seen = [[None; SECTORS]; SCANS];
         self.count = 0;
     }
+}
+
+/// The beams beside one that hit the same thing as it.
+fn same_beside(beams: &[Beam], index: usize) -> [Option<&Beam>; 2] {
+    let count = beams.len();
+    [index + count - 1, index + 1].map(|beside| {
+        let beam = &beams[beside % count];
+        ((beam.range_m - beams[index].range_m).abs() <= GAP_M).then_some(beam)
+    })
 }
