@@ -3,10 +3,11 @@
 mod support;
 
 use iceoryx2::prelude::*;
-use nav_core::messages::Odometry;
+use nav_core::messages::{Odometry, Status, fault};
 use nav_ipc::IpcConfig;
 use support::Stage;
 use support::programs::{Running, run, wait_until};
+use support::soak::count;
 
 const DRIVE: [&str; 4] = ["--family", "clutter", "--episodes", "50"];
 
@@ -48,6 +49,7 @@ fn a_topic_that_others_could_write_keeps_the_runtime_from_driving() {
         "max_publishers(1)",
         "restart it",
     ]);
+    count(&[("topics that others could write refused", 1)]);
 }
 
 /// While the loop drives nobody gets a second writer's place, and nobody who tries disturbs the drive.
@@ -64,6 +66,7 @@ fn a_second_writer_is_kept_out_of_a_drive() {
     let service = builder().open().expect("it may be read");
     assert!(service.publisher_builder().create().is_err(), "but not written");
     assert!(builder().max_publishers(2).open().is_err(), "nor opened for more");
+    count(&[("second writers kept out", 3)]);
     assert!(runtime.is_running() && simulator.is_running());
     wait_until_driving(&stage);
     runtime.signal(libc::SIGTERM);
@@ -75,17 +78,22 @@ fn a_second_writer_is_kept_out_of_a_drive() {
 #[test]
 fn a_killed_writer_is_no_running_program() {
     let stage = Stage::new();
+    let node = stage.node();
+    let (statuses, mut status) = (node.reader::<Status>().expect("a reader"), Status::default());
     let mut runtime = Running::start("runtime", &stage, &["run"]);
     let first = Running::start("simulator", &stage, &DRIVE);
     wait_until_driving(&stage);
     first.signal(libc::SIGKILL);
     drop(first);
-    let second = Running::start("simulator", &stage, &DRIVE);
+    wait_until("the loop names the silence", || {
+        statuses.read_latest(&mut status).expect("received") && status.faults & fault::STALE_SCAN != 0
+    });
+    let mut second = Running::start("simulator", &stage, &DRIVE);
     wait_until_driving(&stage);
-    assert!(runtime.is_running());
+    assert!(runtime.is_running() && second.is_running());
     second.signal(libc::SIGKILL);
     drop(second);
     runtime.signal(libc::SIGTERM);
     let ended = runtime.end().stopped_by(libc::SIGTERM);
-    assert!(!ended.stdout.contains("already has a writer"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("ticks with stale scan"), "{}", ended.stdout);
 }

@@ -12,6 +12,7 @@ use nav_ipc::clock::monotonic_ns;
 use std::f32::consts::{PI, TAU};
 use std::time::Duration;
 use support::programs::{Running, wait_until};
+use support::soak::{count, setting};
 use support::{Stage, read_json};
 
 const PERIOD_NS: u64 = 100_000_000;
@@ -237,7 +238,7 @@ fn a_driver_that_never_notifies_is_heard() {
 /// Scans as fast as they can be sent, for `NAV_SOAK_SECONDS` (two usually): the loop keeps its rate and does not allocate.
 #[test]
 fn a_flood_of_scans_does_not_hold_the_loop() {
-    let seconds = std::env::var("NAV_SOAK_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(2);
+    let seconds = setting("NAV_SOAK_SECONDS", 2);
     let stage = Stage::with_shipped_model();
     let node = stage.node();
     let (scan_out, odom_out, goal_out) = (
@@ -267,7 +268,7 @@ fn a_flood_of_scans_does_not_hold_the_loop() {
     runtime.end().stopped_by(libc::SIGTERM);
     let report = read_json(&report);
     let (ticks, wanted) = (report["ticks"].as_u64().expect("ticks"), seconds * 10);
-    println!("soak: {seq} scans in {seconds} s, {ticks} ticks");
+    count(&[("seconds of a flood", seconds), ("scans in it", seq), ("ticks in it", ticks)]);
     assert!(seq > 200 * seconds, "no flood: {seq}");
     assert!(ticks * 2 > wanted && ticks < 2 * wanted + 5, "{ticks} ticks in {seconds} s");
     assert_eq!(report["allocations"], 0);

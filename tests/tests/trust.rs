@@ -6,6 +6,7 @@ use std::os::unix::fs::{MetadataExt, chown};
 use std::process::Command;
 use support::Stage;
 use support::programs::{Running, program, run};
+use support::soak::count;
 
 /// The program with `/dev/shm` of so many KiB; nothing where the machine does not let us mount one.
 fn in_shared_memory_of(kib: u32, program: &Command) -> Option<Command> {
@@ -32,6 +33,7 @@ fn full_shared_memory_is_a_sentence() {
             let stage = Stage::new();
             let Some(command) = in_shared_memory_of(kib, &program(name, &stage, arguments)) else { return };
             let ended = Running::of(name, command).end();
+            count(&[("programs in a full /dev/shm", 1)]);
             ended.refused(&["shared memory is full: ", "KiB are needed under /dev/shm"]);
         }
     }

@@ -39,10 +39,10 @@ enum Task {
     Test,
     /// Measure the simulation and the robot's networks
     Bench,
-    /// Repeat the attacks that take long (kills, rogue writers, mutated models, floods), then print a table; needs
-    /// cargo-nextest and a machine on which `cargo xtask test` ran
+    /// Build, repeat the attacks that take long (kills, rogue writers, mutated models, floods, full memory) with another seed
+    /// each time, then print a table; needs cargo-nextest and a machine on which `cargo xtask test` ran
     Soak {
-        /// Go on for so long
+        /// Go on for so long after the build; every attack comes once at least
         #[arg(long, default_value_t = 10)]
         minutes: u32,
     },

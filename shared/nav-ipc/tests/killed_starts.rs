@@ -1,9 +1,13 @@
 //! A start that is killed at any moment never keeps the next one from starting.
 //!
-//! `NAV_IPC_KILLS=1000` repeats it longer than the few tens of times here.
+//! `NAV_IPC_KILLS=1000` repeats it longer than the few tens of times here, `NAV_SOAK_SEED` at other moments.
+
+#[path = "../../nav-model/tests/support/soak.rs"]
+mod soak;
 
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, Status};
 use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode};
+use soak::{count, setting};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -74,13 +78,18 @@ fn start_and_kill(root: &Path, state: &mut u64) -> u64 {
 }
 
 fn kills() -> u64 {
-    std::env::var("NAV_IPC_KILLS").ok().and_then(|count| count.parse().ok()).unwrap_or(40)
+    setting("NAV_IPC_KILLS", 40)
+}
+
+/// Where the sequence of a test begins.
+fn dice(test: u64) -> u64 {
+    setting("NAV_SOAK_SEED", 1) << 8 | test
 }
 
 #[test]
 fn a_start_that_was_killed_does_not_block_the_next() {
     let folder = tempfile::Builder::new().prefix("nav").tempdir_in("/tmp").expect("a scratch folder");
-    let mut state = 7;
+    let mut state = dice(7);
     let mut refused = Vec::new();
     for kill in 0..kills() {
         // A robot that has never run, as after a boot: then all that a start makes is made in it.
@@ -92,6 +101,7 @@ fn a_start_that_was_killed_does_not_block_the_next() {
         }
         config.remove_all();
     }
+    count(&[("starts killed", kills()), ("starts after them refused", refused.len() as u64)]);
     assert!(refused.is_empty(), "{} starts were refused:\n{}", refused.len(), refused.join("\n"));
 }
 
@@ -101,7 +111,7 @@ fn nor_does_it_where_another_program_of_the_robot_lives() {
     let config = IpcConfig::in_folder(folder.path()).expect("a short path");
     let node = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config).expect("a node");
     let goals = node.reader::<Goal>().expect("a reader that stays");
-    let mut state = 11;
+    let mut state = dice(11);
     for kill in 1..=kills() / 2 {
         let after_us = start_and_kill(folder.path(), &mut state);
         let again = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config)
@@ -115,7 +125,30 @@ fn nor_does_it_where_another_program_of_the_robot_lives() {
         assert!(goals.read_latest(&mut goal).expect("received"), "the one that lives is still connected");
         assert_eq!(goal.header.seq, kill);
     }
+    count(&[("starts killed beside a program that lives", kills() / 2)]);
     drop((goals, node));
+    config.remove_all();
+}
+
+/// Whoever has been there all along finds a writer that lives, and the place of one that died.
+#[test]
+fn the_place_of_a_killed_writer_is_free_for_who_was_there_before() {
+    let folder = tempfile::Builder::new().prefix("nav").tempdir_in("/tmp").expect("a scratch folder");
+    let config = IpcConfig::in_folder(folder.path()).expect("a short path");
+    let node = RobotNode::open(&RobotName::new("r").expect("a plain name"), &config).expect("a node");
+    let scans = node.reader::<LaserScan>().expect("a reader");
+    let mut peer = child_in(folder.path(), "child");
+    let started = Instant::now();
+    while scans.writer_count() == 0 {
+        assert!(started.elapsed() < Duration::from_secs(20), "the writer never came");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let error = node.writer::<LaserScan>().expect_err("it lives").to_string();
+    assert!(error.contains(&format!("process {}", peer.id())), "{error}");
+    peer.kill().expect("killed");
+    peer.wait().expect("waited for");
+    let writer = node.writer::<LaserScan>().expect("the place of one who died");
+    drop((writer, scans, node));
     config.remove_all();
 }
 

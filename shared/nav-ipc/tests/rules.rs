@@ -1,5 +1,8 @@
 //! One writer a topic, robots apart, the newest message, wake-ups in time.
 
+#[path = "../../nav-model/tests/support/soak.rs"]
+mod soak;
+
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan};
 use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode, clock};
 use std::time::Duration;
@@ -47,6 +50,7 @@ fn a_second_writer_is_refused_and_the_place_is_free_again_later() {
     assert!(matches!(error, IpcError::SecondWriter { .. }), "{error}");
     let process = format!("process {}", std::process::id());
     assert!(error.to_string().contains(&process), "{error}");
+    soak::count(&[("second writers kept out", 1)]);
     assert!(stage.node("other").writer::<CmdVel>().is_ok(), "another robot is another topic");
     drop(writer);
     assert!(two.writer::<CmdVel>().is_ok(), "the first writer is gone");

@@ -2,6 +2,9 @@
 //!
 //! Each case runs in a process of its own with a small file system over `/dev/shm`, where the machine lets us make one.
 
+#[path = "../../nav-model/tests/support/soak.rs"]
+mod soak;
+
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ZeroCopySend, ipc};
 use nav_core::messages::{CmdVel, Goal, LaserScan, Odometry, Status};
 use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode, Writer};
@@ -34,7 +37,10 @@ fn in_shared_memory_of(kib: u32, case: &str) -> Option<Output> {
         output.status.code() == Some(77) || said.contains("unshare failed")
     };
     match output {
-        Ok(output) if !refused(&output) => Some(output),
+        Ok(output) if !refused(&output) => {
+            soak::count(&[("programs in a full /dev/shm", 1)]);
+            Some(output)
+        }
         _ => {
             eprintln!("not checked: this machine does not let us mount a small /dev/shm");
             None

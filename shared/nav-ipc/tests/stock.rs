@@ -1,5 +1,8 @@
 //! Programs that use iceoryx2's own service variant talk with ours, both ways, whoever comes first.
 
+#[path = "../../nav-model/tests/support/soak.rs"]
+mod soak;
+
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ZeroCopySend, ipc};
 use nav_core::messages::{CmdVel, Header};
 use nav_ipc::{IpcConfig, IpcError, RobotName, RobotNode};
@@ -135,6 +138,7 @@ fn a_topic_that_others_could_write_too_is_refused_with_who_opened_it() {
         let error = error.to_string();
         assert!(error.contains(&process) && error.contains("max_publishers(1)"), "{error}");
     }
+    soak::count(&[("topics that others could write refused", 2)]);
     drop((service, _subscriber, their_node));
     assert!(node.writer::<CmdVel>().is_ok(), "once they are gone it is ours");
 }
@@ -150,6 +154,7 @@ fn nobody_can_be_a_second_writer_of_a_topic_that_we_opened() {
     let service = builder().open_or_create().expect("our service, opened");
     assert!(service.publisher_builder().create().is_err(), "the place is taken");
     assert!(builder().max_publishers(2).open_or_create().is_err(), "nor can there be more places");
+    soak::count(&[("second writers kept out", 2)]);
 }
 
 #[test]

@@ -15,11 +15,13 @@
 //! `cargo run --release -p nav-rivals --example gate -- [worlds=20] [first=0] [families=crowd,maze] [beams=72,720]`
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
-use nav_core::geometry::{Pose, Vector};
+mod support;
+
+use nav_core::geometry::Pose;
 use nav_core::messages::{Header, LaserScan};
 use nav_core::observation::SENT_COMMANDS;
 use nav_core::shield::{Open, Shield};
-use nav_core::task::{Lidar, ShieldMode, Task};
+use nav_core::task::{ShieldMode, Task};
 use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands, drive_episode};
 use nav_env::limits::Limits;
@@ -30,11 +32,11 @@ use nav_env::worlds::Place;
 use nav_rivals::Rival;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split};
-use nav_sim::lidar::ray_disc_m;
 use nav_sim::simulation::Simulation;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::time::Instant;
+use support::{quantile, ring_of_walkers, task_among_walkers};
 
 /// What was measured in a family.
 #[derive(Default)]
@@ -113,13 +115,6 @@ impl Times {
     }
 }
 
-/// The value below which a share of the values lies.
-fn quantile(values: &mut [f32], share: f32) -> f32 {
-    values.sort_by(f32::total_cmp);
-    let place = (share * values.len().saturating_sub(1) as f32) as usize;
-    values.get(place).copied().unwrap_or(f32::NAN)
-}
-
 fn in_family(family: Family, beam_count: u32, worlds: std::ops::Range<u64>) -> Times {
     let lidar = OtherLidar { beam_count, range_max_m: Task::default().lidar.range_max_m };
     let ungated = Task { shield: ShieldMode::Off, ..Task::default() };
@@ -145,27 +140,15 @@ fn in_family(family: Family, beam_count: u32, worlds: std::ops::Range<u64>) -> T
     times
 }
 
-/// Everybody as near as they come before they touch each other, walking at 0.9 m/s.
+/// Walkers at 0.9 m/s.
 fn in_a_ring(beam_count: u32) -> Times {
-    let lidar = Lidar { beam_count, range_max_m: 8.0, ..Lidar::default() };
-    let task = Task { lidar, ..Task::default() };
+    let task = task_among_walkers(beam_count);
     let mut shield = Box::new(Shield::new(&task));
     let mut times = Times::default();
     for step in 1..=2000_u32 {
-        let people: Vec<Vector> = (0..32_u32)
-            .map(|person| {
-                let (sin, cos) = libm::sincosf(person as f32 * 0.196_35 + step as f32 * 0.02);
-                Vector::new(4.4 * cos, 4.4 * sin)
-            })
-            .collect();
-        let scan = LaserScan::of(&lidar, |angle_rad| {
-            let (sin, cos) = libm::sincosf(angle_rad);
-            let ranges = people.iter().map(|person| ray_disc_m(cos, sin, *person, 0.25));
-            ranges.fold(f32::INFINITY, f32::min)
-        });
         let scan = LaserScan {
             header: Header { seq: step.into(), stamp_ns: u64::from(step) * 100_000_000 },
-            ..scan
+            ..ring_of_walkers(&task.lidar, step as f32 * 0.02)
         };
         let fast = Twist::new(task.robot.linear_max_mps, 0.0);
         times.of(&mut shield, &scan, Pose::default(), fast, fast, &[fast; SENT_COMMANDS]);

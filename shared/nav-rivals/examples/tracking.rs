@@ -26,6 +26,7 @@
 mod judge;
 #[path = "tracking/ring.rs"]
 mod ring;
+mod support;
 
 use judge::{Counts, Judge};
 use nav_core::scan::beams::Beams;
@@ -43,6 +44,7 @@ use nav_sim::simulation::Simulation;
 use ring::ring;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use support::quantile;
 
 fn measured(family: Family, beams: u32, worlds: Range<u64>, verbose: bool) -> Counts {
     let lidar = OtherLidar { beam_count: beams, range_max_m: Task::default().lidar.range_max_m };
@@ -128,11 +130,4 @@ fn main() {
         let (tracks, median_us, p99_us) = ring(beams);
         eprintln!("{beams},{tracks:.0},{median_us:.1},{p99_us:.1}");
     }
-}
-
-/// The value below which a share of the values lies.
-fn quantile(values: &mut [f32], share: f32) -> f32 {
-    values.sort_by(f32::total_cmp);
-    let place = (share * values.len().saturating_sub(1) as f32) as usize;
-    values.get(place).copied().unwrap_or(f32::NAN)
 }

@@ -10,6 +10,8 @@ pub mod fixture;
 #[path = "../../../shared/nav-model/tests/support/onnx.rs"]
 pub mod onnx;
 pub mod programs;
+#[path = "../../../shared/nav-model/tests/support/soak.rs"]
+pub mod soak;
 pub mod stub;
 
 use nav_ipc::{IpcConfig, RobotName, RobotNode};

@@ -1,6 +1,6 @@
 //! The programs under test, as processes that do not outlive the test.
 
-use super::Stage;
+use super::{Stage, soak};
 use std::io::Read;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -81,6 +81,12 @@ impl Running {
         let process = i32::try_from(self.child.id()).expect("a process id");
         // SAFETY: the process is our own child and was not waited for.
         assert_eq!(unsafe { libc::kill(process, signal) }, 0, "{} cannot be signalled", self.name);
+        match signal {
+            libc::SIGKILL => soak::count(&[("programs killed", 1)]),
+            libc::SIGSTOP => soak::count(&[("programs frozen", 1)]),
+            libc::SIGCONT => {}
+            _ => soak::count(&[("programs asked to end", 1)]),
+        }
     }
 
     pub fn is_running(&mut self) -> bool {

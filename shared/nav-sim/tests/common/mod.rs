@@ -2,7 +2,14 @@
 #![allow(dead_code, reason = "each test binary uses a part")]
 
 use nav_core::geometry::{Point, Pose};
-use nav_sim::world::{Bounds, Person, WalkModel, World};
+use nav_core::task::Task;
+use nav_core::twist::Twist;
+use nav_sim::disturbance::Disturbance;
+use nav_sim::simulation::Simulation;
+use nav_sim::world::{Bounds, Disc, Person, Segment, WalkModel, World};
+use std::sync::Arc;
+
+pub(crate) const FULL_AHEAD: Twist = Twist { linear_mps: 1.0, angular_radps: 0.0 };
 
 /// An empty square room, start near one corner, goal near the other.
 pub(crate) fn room(side_m: f32) -> World {
@@ -43,4 +50,14 @@ pub(crate) fn crossing_people() -> Vec<Person> {
             walker(from, to, models[usize::from(k) % 4], k % 3 == 0)
         })
         .collect()
+}
+
+pub(crate) fn busy_world() -> World {
+    let discs = vec![Disc { center: Point::new(2.0, 8.0), radius_m: 0.4 }];
+    let segments = vec![Segment { a: Point::new(8.0, 1.0), b: Point::new(9.0, 4.0) }];
+    World { discs, segments, people: crossing_people(), ..room(10.0) }
+}
+
+pub(crate) fn simulation(world: World, disturbance: &Disturbance, seed: u64) -> Simulation {
+    Simulation::new(Arc::new(world), &Task::default(), disturbance, seed)
 }
