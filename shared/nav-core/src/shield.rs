@@ -46,7 +46,7 @@ use self::danger::{Danger, Obstacles};
 use self::kept::Kept;
 use self::motion::{Clock, UnderWay};
 use self::people::People;
-use self::standing::{Sectors, Standing};
+use self::standing::{Sectors, Standing, View};
 use crate::geometry::{Point, Pose};
 use crate::messages::LaserScan;
 use crate::observation::Sent;
@@ -165,7 +165,8 @@ impl Shield {
         self.people.foresee(&self.movers, pose, &self.clock, &self.robot, far_m);
 
         let radius_m = self.robot.radius_m;
-        self.hits.see(&self.beams, &self.sectors, pose, stamp_ns, radius_m, |_| false, |_| {});
+        let view = View { beams: &self.beams, sectors: &self.sectors, pose, stamp_ns, radius_m };
+        self.hits.see(&view, |_| false, |_| {});
         let (beams, tracker, movers) = (&self.beams, &self.tracker, &self.movers);
         let is_informed = self.is_informed;
         let is_person = |index: usize| {
@@ -178,7 +179,7 @@ impl Shield {
         };
         let kept = &mut self.kept;
         let leaving = |point| kept.keep(point, here);
-        self.walls.see(beams, &self.sectors, pose, stamp_ns, radius_m, is_person, leaving);
+        self.walls.see(&view, is_person, leaving);
         let stopping_m = self.stopping_m();
         self.kept.look_again(&self.beams, pose, stamp_ns, stopping_m);
 

@@ -76,6 +76,17 @@ pub(super) struct Nearest {
     pub(super) beside: Beside,
 }
 
+/// A scan, and where it was taken.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub(super) beams: &'a Beams,
+    pub(super) sectors: &'a Sectors,
+    pub(super) pose: Pose,
+    pub(super) stamp_ns: u64,
+    /// What is too near to be measured touches a footprint of this radius, m.
+    pub(super) radius_m: f32,
+}
+
 /// Points that stand.
 #[derive(Clone, Debug)]
 pub(super) struct Standing {
@@ -113,18 +124,14 @@ impl Standing {
         }
     }
 
-    /// Takes in a scan from `pose`, without the beams that `is_left_out`, and hands out what it no longer counts. What is too
-    /// near to be measured touches the footprint, of `radius_m`.
+    /// Takes in a scan without the beams that `is_left_out`, and hands out what it no longer counts.
     pub(super) fn see(
         &mut self,
-        beams: &Beams,
-        sectors: &Sectors,
-        pose: Pose,
-        stamp_ns: u64,
-        radius_m: f32,
+        view: &View,
         is_left_out: impl Fn(usize) -> bool,
         mut leaving: impl FnMut(Nearest),
     ) {
+        let View { beams, sectors, pose, stamp_ns, radius_m } = *view;
         let mut nearest = [(f32::INFINITY, 0); SECTORS];
         for (index, beam) in beams.as_slice().iter().enumerate() {
             let range_m = if beam.range_m > 0.0 { beam.range_m } else { radius_m };
