@@ -2,18 +2,18 @@
 //! free. Dial's algorithm over the window of the [`LocalMap`], 8-connected, in fixed memory.
 //!
 //! Cells beside an occupied one cost [`NEAR_FACTOR`] times as much, and a gap of one cell between two
-//! occupied ones is closed: sparse beams leave holes in walls. A door of less than three cells (0.75 m) may so
+//! occupied ones is closed: sparse beams leave holes in walls. A door of less than three cells (0.75 m for the reference robot) may so
 //! count as closed, depending on where the cells fall; this is a hint to the policy, not what it may do.
 
 use crate::geometry::Point;
-use crate::local_map::{CELL_M, Cell, LocalMap, MAP_CELLS};
+use crate::local_map::{Cell, LocalMap, MAP_CELLS};
 
 const CELLS: usize = MAP_CELLS * MAP_CELLS;
-/// Length of one unit of cost, m: a straight step is 5 units, a diagonal one 7.
-pub const UNIT_M: f32 = CELL_M / 5.0;
+/// Units of cost of a cell's length: a straight step is 5 units, a diagonal one 7.
+const CELL_UNITS: f32 = 5.0;
 /// How much dearer a cell beside an obstacle is.
 pub const NEAR_FACTOR: u16 = 3;
-/// Above any spread of queued keys: border seeds (at most 32 m * sqrt 2 apart) and one step.
+/// Above any spread of queued keys: border seeds (at most 128 cells * sqrt 2 apart) and one step.
 const BUCKETS: usize = 1024;
 const NONE: u16 = u16::MAX;
 const UNREACHED: u16 = u16::MAX;
@@ -22,6 +22,9 @@ const UNREACHED: u16 = u16::MAX;
 #[derive(Clone, Debug)]
 pub struct OptimisticGeodesic {
     origin: Cell,
+    /// Side of a cell, m, and of it a unit of cost.
+    cell_m: f32,
+    unit_m: f32,
     cost: [u16; CELLS],
     /// 0 blocked, else the factor of entering the cell.
     factor: [u8; CELLS],
@@ -34,6 +37,8 @@ impl Default for OptimisticGeodesic {
     fn default() -> Self {
         Self {
             origin: Cell { ix: 0, iy: 0 },
+            cell_m: 1.0,
+            unit_m: 1.0 / CELL_UNITS,
             cost: [UNREACHED; CELLS],
             factor: [1; CELLS],
             next: [NONE; CELLS],
@@ -48,12 +53,13 @@ impl OptimisticGeodesic {
     /// in a straight line from the window's edge.
     pub fn update(&mut self, map: &LocalMap, goal: Point) {
         self.origin = map.origin();
+        (self.cell_m, self.unit_m) = (map.cell_m(), map.cell_m() / CELL_UNITS);
         self.paint(&map.occupancy_rows());
         self.cost.fill(UNREACHED);
         self.heads.fill(NONE);
         let mut key = usize::MAX;
         let mut queued = 0_usize;
-        let goal_cell = Cell::of(goal);
+        let goal_cell = Cell::of(goal, self.cell_m);
         if map.contains(goal_cell) {
             let index = self.index(goal_cell);
             self.factor[index] = self.factor[index].max(1);
@@ -67,7 +73,7 @@ impl OptimisticGeodesic {
                     if self.factor[index] == 0 || self.cost[index] != UNREACHED {
                         continue;
                     }
-                    let units = ((self.center(index) - goal).norm() / UNIT_M).min(60_000.0) as u16;
+                    let units = ((self.center(index) - goal).norm() / self.unit_m).min(60_000.0) as u16;
                     self.insert(index, units);
                     queued += 1;
                     key = key.min(usize::from(units));
@@ -93,7 +99,7 @@ impl OptimisticGeodesic {
     /// Read from the point's own cell; from its neighbours only where the own cell has none, as beside a wall:
     /// a neighbour may lie behind it.
     pub fn distance_m(&self, from: Point) -> Option<f32> {
-        let center = Cell::of(from);
+        let center = Cell::of(from, self.cell_m);
         if let Some(distance_m) = self.through(center, from) {
             return Some(distance_m);
         }
@@ -114,7 +120,7 @@ impl OptimisticGeodesic {
             return None;
         }
         let cost = self.cost[self.index(cell)];
-        (cost != UNREACHED).then(|| f32::from(cost) * UNIT_M + (cell.center() - from).norm())
+        (cost != UNREACHED).then(|| f32::from(cost) * self.unit_m + (cell.center(self.cell_m) - from).norm())
     }
 
     fn index(&self, cell: Cell) -> usize {
@@ -123,7 +129,7 @@ impl OptimisticGeodesic {
 
     fn center(&self, index: usize) -> Point {
         let (row, column) = (index / MAP_CELLS, index % MAP_CELLS);
-        Cell { ix: self.origin.ix + column as i32, iy: self.origin.iy + row as i32 }.center()
+        Cell { ix: self.origin.ix + column as i32, iy: self.origin.iy + row as i32 }.center(self.cell_m)
     }
 
     /// Turns occupancy bits into factors: occupied and one-cell gaps blocked, their neighbours dear.
@@ -236,14 +242,14 @@ mod tests {
         });
         let mut view = ScanView::new(&geometry);
         view.update(&geometry, scan.ranges_m(), scan.range_max_m);
-        let mut map = LocalMap::new(Point::origin());
+        let mut map = LocalMap::new(Point::origin(), crate::local_map::CELL_M, 1.0);
         map.integrate(Point::origin(), 1.0, 0.0, &view);
         map
     }
 
     #[test]
     fn open_floor_is_nearly_straight() {
-        let map = LocalMap::new(Point::origin());
+        let map = LocalMap::new(Point::origin(), crate::local_map::CELL_M, 1.0);
         let mut geodesic = OptimisticGeodesic::default();
         geodesic.update(&map, Point::new(5.0, 3.0));
         let distance = geodesic.distance_m(Point::origin()).expect("free");
@@ -266,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_goal_outside_the_window_pulls_the_right_way() {
-        let map = LocalMap::new(Point::origin());
+        let map = LocalMap::new(Point::origin(), crate::local_map::CELL_M, 1.0);
         let mut geodesic = OptimisticGeodesic::default();
         geodesic.update(&map, Point::new(30.0, 0.0));
         let here = geodesic.distance_m(Point::origin()).expect("free");
