@@ -43,7 +43,7 @@ impl Plan {
         let source = WorldSource::from_arguments(&arguments, &task)?;
         let limits = Limits { time_limit_s: arguments.time_limit, goal_radius_m: arguments.goal_radius };
         limits.validate().map_err(anyhow::Error::msg)?;
-        let task = limits.task(&task, source.episode_steps());
+        let task = limits.task(&task, source.episode_s(&task.robot));
         let seconds = |flag: &str, value: f64| {
             Duration::try_from_secs_f64(value)
                 .ok()
@@ -66,7 +66,7 @@ impl Plan {
         let plan = Self {
             episodes: arguments.episodes.unwrap_or_else(|| source.episodes()),
             source,
-            disturbance: arguments.disturbance.disturbance(),
+            disturbance: arguments.disturbance.disturbance(&task.robot),
             task,
             seed: arguments.seed,
             pace: arguments.pace,

@@ -2,10 +2,10 @@
 
 use anyhow::{Result, ensure};
 use nav_core::geometry::{Point, Pose};
-use nav_core::task::Task;
+use nav_core::task::{Robot, Task};
 use nav_env::worlds::Place;
 use nav_host::terminal::warn;
-use nav_sim::families::{DESIGN_RADIUS_M, Family, Split};
+use nav_sim::families::{Family, Split};
 use nav_sim::map_file::{Map, MapOptions};
 use nav_sim::world::World;
 use nav_sim::world_file;
@@ -49,20 +49,14 @@ impl WorldSource {
                 worlds.into_iter().map(|(path, world)| (name(&path), Arc::new(world))).collect(),
             ));
         }
-        ensure!(
-            task.robot.radius_m <= DESIGN_RADIUS_M + 1e-6,
-            "the scene families have ways for a robot of radius {DESIGN_RADIUS_M} m at most, and --model has one of \
-             {} m: drive it on a --map or in a --world-file",
-            task.robot.radius_m
-        );
         Ok(Self::Family(arguments.family, arguments.split))
     }
 
-    /// How long its episodes may take at least, steps of 0.1 s.
-    pub(crate) fn episode_steps(&self) -> u32 {
+    /// How long its episodes must be allowed to take, s.
+    pub(crate) fn episode_s(&self, robot: &Robot) -> f32 {
         match self {
-            Self::Family(family, _) => family.episode_steps(),
-            Self::Read(_) => 0,
+            Self::Family(family, _) => family.episode_s(robot),
+            Self::Read(_) => 0.0,
         }
     }
 

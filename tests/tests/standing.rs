@@ -34,7 +34,7 @@ fn the_shipped_model_does_not_stand_until_its_time_is_over() {
         let model = Model::read(folder).expect("the shipped model");
         let task = model.manifest().task;
         let mut controller = model.into_controller().expect("a controller");
-        let mut robot = SimulatedRobot::new(&task, &name.disturbance());
+        let mut robot = SimulatedRobot::new(&task, &name.disturbance(&task.robot));
         for (family, seed) in STOOD {
             let place = Place::generated(family, Split::Validation, seed, task.robot.radius_m);
             let metrics = robot.drive(&mut controller, &place, false).metrics;

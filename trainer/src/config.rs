@@ -1,6 +1,8 @@
 //! What a training run is: read from TOML, checked, written beside the run.
 //!
-//! Every field has a default; a profile replaces some of them; a file replaces any; a flag replaces its own.
+//! Every field has a default; a profile replaces some of them; a file replaces any; a flag replaces its own. Lengths, times
+//! and what is paid or discounted a step have defaults that follow from `task.robot` and `task.control_period_s`
+//! ([`nav_core::scale`]).
 //! An unknown field is an error.
 
 use nav_core::manifest::Algorithm;
@@ -82,7 +84,7 @@ pub struct LowConfig {
     pub batch: usize,
     /// Transitions kept.
     pub replay_capacity: usize,
-    /// Discount of a step.
+    /// Discount of a step (a control period).
     pub discount: f32,
     /// Steps of a return before it bootstraps.
     pub n_step: usize,
@@ -95,8 +97,8 @@ pub struct LowConfig {
     pub goal_share: f32,
     /// Distance of random subgoals, `[least, most]`, m.
     pub subgoal_m: [f32; 2],
-    /// Steps after which a subgoal is given up (truncated).
-    pub subgoal_steps: u32,
+    /// Time after which a subgoal is given up (truncated), s: by default 2.7 times what the farthest takes at full speed.
+    pub subgoal_s: f32,
     /// The learning rates fall from the learner's to this share of them over the stage.
     pub final_learning_rate_share: f32,
     /// Which reward.

@@ -175,7 +175,7 @@ fn a_collapsed_run_is_stopped_before_its_time_and_names_a_way_on() {
     let here = folder.path();
     // Subgoals out of reach, and an actor that begins in the flat ends of tanh.
     let collapsing = TINY
-        .replacen("[low]\n", "[low]\ngoal_share = 0.0\nsubgoal_m = [2.5, 3.0]\nsubgoal_steps = 1\n", 1)
+        .replacen("[low]\n", "[low]\ngoal_share = 0.0\nsubgoal_m = [2.5, 3.0]\nsubgoal_s = 0.1\n", 1)
         .replacen("env_steps = 3000", "env_steps = 60000", 1)
         .replacen("td3.hidden = [16]", "td3.hidden = [16]\ntd3.actor_output_gain = 100.0", 1);
     std::fs::write(here.join("collapsing.toml"), &collapsing).expect("written");

@@ -3,62 +3,68 @@
 use core::f32::consts::{PI, TAU};
 
 use crate::geometry::{Pose, wrap_angle};
-use crate::observation::CHANGE_STEPS;
+use crate::history::History;
+use crate::observation::{CHANGE_S, CHANGE_TICKS};
+use crate::scale::Scale;
 use crate::scan::{SECTOR_COUNT, ScanGeometry, ScanView};
+use crate::task::Task;
 
-/// Closing speeds below this are noise, m/s.
+/// Closing speeds below this are noise, m/s of the reference robot ([`Scale`]).
 const LEAST_MPS: f32 = 0.3;
-/// Nobody comes faster than this, m/s.
+/// What seems to come faster than this counts as this fast, m/s of the reference robot.
 const MOST_MPS: f32 = 3.0;
+/// A gap closes at least so fast, m/s of the reference robot.
+const SLOWEST_MPS: f32 = 0.05;
 /// Width of a sector, rad.
 const PER_SECTOR_RAD: f32 = TAU / SECTOR_COUNT as f32;
 
-/// Closing speed of every sector, from the scans of the last [`CHANGE_STEPS`] steps.
+/// Closing speed of every sector, from the scans of the last [`CHANGE_S`].
 #[derive(Clone, Debug)]
 pub(crate) struct ClosingSpeeds {
-    /// Sector ranges and poses, newest first.
-    ranges_m: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
-    poses: [Pose; CHANGE_STEPS + 1],
+    scale: Scale,
+    /// Sector ranges, and where they were seen from.
+    seen: History<([f32; SECTOR_COUNT], Pose), CHANGE_TICKS>,
+    /// Between the newest and the oldest of them, s.
+    span_s: f32,
     closing_mps: [f32; SECTOR_COUNT],
 }
 
 impl ClosingSpeeds {
     /// Nothing seen yet.
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(task: &Task) -> Self {
+        let scale = task.scale();
+        let ticks = task.ticks(scale.s(CHANGE_S));
         Self {
-            ranges_m: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
-            poses: [Pose::default(); CHANGE_STEPS + 1],
+            scale,
+            seen: History::new(ticks, ([0.0; SECTOR_COUNT], Pose::default())),
+            span_s: ticks as f32 * task.control_period_s,
             closing_mps: [0.0; SECTOR_COUNT],
         }
     }
 
     /// Forgets the past: nothing closes in until two different scans were seen.
     pub(crate) fn restart(&mut self, scan: &ScanView, pose: Pose) {
-        self.ranges_m.fill(*scan.sectors_m());
-        self.poses.fill(pose);
+        self.seen.fill((*scan.sectors_m(), pose));
         self.closing_mps.fill(0.0);
     }
 
-    /// Takes in the next step's scan, seen from `pose`; `step_s` is the time of a step.
-    pub(crate) fn update(&mut self, geometry: &ScanGeometry, scan: &ScanView, pose: Pose, step_s: f32) {
-        self.ranges_m.rotate_right(1);
-        self.poses.rotate_right(1);
-        self.ranges_m[0] = *scan.sectors_m();
-        self.poses[0] = pose;
-        self.measure(geometry, scan.reach_m(), CHANGE_STEPS as f32 * step_s);
+    /// Takes in the next tick's scan, seen from `pose`.
+    pub(crate) fn update(&mut self, geometry: &ScanGeometry, scan: &ScanView, pose: Pose) {
+        self.seen.push((*scan.sectors_m(), pose));
+        self.measure(geometry, scan.reach_m());
     }
 
     /// A sector closes in at the range seen in its direction `span_s` ago, carried forward by the robot's
     /// displacement, less its range now, divided by `span_s`. Beyond the lidar's range nothing is known, so that
     /// free space left behind does not close in.
-    fn measure(&mut self, geometry: &ScanGeometry, reach_m: f32, span_s: f32) {
-        let (now, then) = (self.poses[0], self.poses[CHANGE_STEPS]);
+    fn measure(&mut self, geometry: &ScanGeometry, reach_m: f32) {
+        let ((ranges_m, now), (before, then)) = (self.seen.newest(), self.seen.oldest());
+        let (least_mps, most_mps) = (self.scale.mps(LEAST_MPS), self.scale.mps(MOST_MPS));
         let moved = now.position() - then.position();
         let shift = libm::roundf((now.yaw_rad - then.yaw_rad) / PER_SECTOR_RAD) as i32;
         // The displacement in the robot frame, so that the sectors' own directions serve.
         let (sin, cos) = libm::sincosf(now.yaw_rad);
         let (ahead_m, left_m) = (moved.x * cos + moved.y * sin, moved.y * cos - moved.x * sin);
-        let before = &self.ranges_m[CHANGE_STEPS];
         let first = shift.rem_euclid(SECTOR_COUNT as i32) as usize;
         for (sector, &(dir_x, dir_y)) in geometry.sector_directions().iter().enumerate() {
             let from = first + sector;
@@ -66,8 +72,8 @@ impl ClosingSpeeds {
             // The nearest of three sectors then: an edge that slid by a sector is not a person.
             let nearest_m = at(from + SECTOR_COUNT - 1).min(at(from)).min(at(from + 1));
             let expected_m = (nearest_m - ahead_m * dir_x - left_m * dir_y).min(reach_m);
-            let closing = (expected_m - self.ranges_m[0][sector]) / span_s;
-            self.closing_mps[sector] = if closing > LEAST_MPS { closing.min(MOST_MPS) } else { 0.0 };
+            let closing = (expected_m - ranges_m[sector]) / self.span_s;
+            self.closing_mps[sector] = if closing > least_mps { closing.min(most_mps) } else { 0.0 };
         }
     }
 
@@ -82,12 +88,14 @@ impl ClosingSpeeds {
     /// Time until the first thing that closes in touches a footprint of `radius_m` that keeps `linear_mps`,
     /// if nobody yields, s; infinite when nothing does.
     pub(crate) fn time_to_contact_s(&self, geometry: &ScanGeometry, radius_m: f32, linear_mps: f32) -> f32 {
+        let (ranges_m, _) = self.seen.newest();
+        let slowest_mps = self.scale.mps(SLOWEST_MPS);
         let mut soonest_s = f32::INFINITY;
         for (sector, &closing) in self.closing_mps.iter().enumerate() {
             if closing > 0.0 {
                 let own = linear_mps * geometry.sector_directions()[sector].0;
-                let gap_m = (self.ranges_m[0][sector] - radius_m).max(0.0);
-                soonest_s = soonest_s.min(gap_m / (closing + own).max(0.05));
+                let gap_m = (ranges_m[sector] - radius_m).max(0.0);
+                soonest_s = soonest_s.min(gap_m / (closing + own).max(slowest_mps));
             }
         }
         soonest_s
@@ -106,17 +114,13 @@ mod tests {
     fn driven(gap_m: impl Fn(f32) -> f32) -> ClosingSpeeds {
         let task = Task::default();
         let geometry = ScanGeometry::new(&task);
-        let (mut view, mut closing) = (ScanView::new(&geometry), ClosingSpeeds::new());
+        let (mut view, mut closing) = (ScanView::new(&geometry), ClosingSpeeds::new(&task));
         for step in 0..10_u8 {
             let ahead = |angle: f32| if angle.abs() < 0.3 { gap_m(f32::from(step)) } else { f32::INFINITY };
             let scan = LaserScan::of(&task.lidar, ahead);
             view.update(&geometry, scan.ranges_m(), scan.range_max_m);
             let pose = Pose::new(f32::from(step) * STEP_S, 0.0, 0.0);
-            if step == 0 {
-                closing.restart(&view, pose)
-            } else {
-                closing.update(&geometry, &view, pose, STEP_S)
-            }
+            if step == 0 { closing.restart(&view, pose) } else { closing.update(&geometry, &view, pose) }
         }
         closing
     }

@@ -8,8 +8,8 @@ pub use self::cause::{Cause, Input};
 
 use self::odom_watch::OdomWatch;
 use crate::messages::{Goal, Header, LaserScan, Odometry, fault};
-use crate::observation::Sent;
 use crate::scan::SECTOR_COUNT;
+use crate::sent::Sent;
 use crate::task::Task;
 use crate::twist::Twist;
 
@@ -159,8 +159,8 @@ impl Guard {
         if out != speed {
             faults |= fault::ACCELERATION_LIMITED;
         }
-        self.sent.rotate_right(1);
-        (self.sent[0], self.ramp_from) = (out, out);
+        self.sent.push(out);
+        self.ramp_from = out;
         (out, faults)
     }
 
@@ -172,7 +172,7 @@ impl Guard {
         let measured = self.task.robot.limited(measured);
         let is_obeyed = silent_ns <= command_age_limit_ns(self.task.control_period_ns());
         let commanded = if is_obeyed { self.ramp_from } else { Twist::ZERO };
-        self.sent.fill(measured);
+        self.sent = Sent::of(&[measured]);
         self.ramp_from = Twist::new(
             nearer_to_zero(commanded.linear_mps, measured.linear_mps),
             nearer_to_zero(commanded.angular_radps, measured.angular_radps),

@@ -4,8 +4,8 @@
 //! ([`messages::Header::stamp_ns`]), memory is of fixed size. The trainer, the simulator and the runtime
 //! all call this crate, so there is one observation, one reward, one set of metrics and one way of acting.
 //!
-//! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for), then
-//! [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
+//! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for, and on
+//! which robot: [`scale`]), then [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
 //! (when it decides), [`tracker`] (who moves around it), [`network`] (how it is evaluated), [`shield`] (as [`shielding`] lets
 //! drivers use it) and [`guard`] (what may leave),
 //! [`tick`] and [`controller`] (all of it), [`run_state`] (what it is doing), [`driver_guard`] (what the base obeys);
@@ -17,13 +17,16 @@ pub mod geometry;
 pub mod messages;
 pub mod topics;
 pub mod task;
+pub mod scale;
 
 pub mod scan;
+mod history;
 mod closing;
 pub mod local_map;
 pub mod optimistic;
 pub mod subgoal;
 pub mod observation;
+pub mod sent;
 pub mod navigator;
 pub mod tracker;
 

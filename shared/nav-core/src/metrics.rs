@@ -12,8 +12,12 @@
 //! | time to collision | s | smallest at the velocities of the moment |
 //! | stood at the end | s | for so long the robot had been within 0.15 m of one place when the episode ended |
 //! | spin | 1 | share of steps whose last 2 s moved less than 0.25 m net and turned more than 0.8 rad |
+//!
+//! The metres and seconds of the last two are those of the reference robot ([`crate::scale`]).
 
 use crate::geometry::{Pose, wrap_angle};
+use crate::scale::Scale;
+use crate::task::Task;
 use heapless::Deque;
 use serde::{Deserialize, Serialize};
 
@@ -21,8 +25,8 @@ const STOOD_M: f32 = 0.15;
 const SPIN_WINDOW_S: f32 = 2.0;
 const SPIN_MOVED_M: f32 = 0.25;
 const SPIN_TURNED_RAD: f32 = 0.8;
-/// Longest spin window, steps: 2 s at 8 ms a step.
-const SPIN_STEPS_MAX: usize = 256;
+/// Longest spin window, ticks, and the present.
+const SPIN_TICKS_MAX: usize = 1001;
 
 /// How an episode ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,6 +110,7 @@ pub struct EpisodeMetrics {
 #[derive(Clone, Debug)]
 pub struct EpisodeRecorder {
     period_s: f32,
+    scale: Scale,
     last: Pose,
     last_speed_mps: f32,
     last_acceleration_mps2: Option<f32>,
@@ -122,16 +127,18 @@ pub struct EpisodeRecorder {
     stood_steps: u32,
     spin_steps: u32,
     /// (pose, turned since) of the last spin window.
-    window: Deque<(Pose, f32), SPIN_STEPS_MAX>,
+    window: Deque<(Pose, f32), SPIN_TICKS_MAX>,
     window_steps: usize,
     turned_rad: f32,
 }
 
 impl EpisodeRecorder {
-    /// An episode that starts at `start`, with steps of `period_s`.
-    pub fn new(start: Pose, period_s: f32) -> Self {
+    /// An episode of a task that starts at `start`.
+    pub fn new(start: Pose, task: &Task) -> Self {
+        let (period_s, scale) = (task.control_period_s, task.scale());
         Self {
             period_s,
+            scale,
             last: start,
             last_speed_mps: 0.0,
             last_acceleration_mps2: None,
@@ -147,7 +154,7 @@ impl EpisodeRecorder {
             stood_steps: 0,
             spin_steps: 0,
             window: Deque::new(),
-            window_steps: ((SPIN_WINDOW_S / period_s) as usize).clamp(1, SPIN_STEPS_MAX - 1),
+            window_steps: ((scale.s(SPIN_WINDOW_S) / period_s) as usize).clamp(1, SPIN_TICKS_MAX - 1),
             turned_rad: 0.0,
         }
     }
@@ -170,7 +177,7 @@ impl EpisodeRecorder {
         self.clearance_sum_m += truth.clearance_m;
         self.time_to_collision_min_s = self.time_to_collision_min_s.min(truth.time_to_collision_s);
         self.stood_steps += 1;
-        if (truth.pose.position() - self.stood_at.position()).norm() > STOOD_M {
+        if (truth.pose.position() - self.stood_at.position()).norm() > self.scale.m(STOOD_M) {
             (self.stood_at, self.stood_steps) = (truth.pose, 0);
         }
         self.count_spin(&truth.pose, turn_rad);
@@ -188,7 +195,7 @@ impl EpisodeRecorder {
         }
         if let Some((then, turned_then)) = self.window.front() {
             let moved = (pose.position() - then.position()).norm();
-            if moved < SPIN_MOVED_M && self.turned_rad - turned_then > SPIN_TURNED_RAD {
+            if moved < self.scale.m(SPIN_MOVED_M) && self.turned_rad - turned_then > SPIN_TURNED_RAD {
                 self.spin_steps += 1;
             }
         }
@@ -240,7 +247,7 @@ mod tests {
     use crate::twist::Twist;
 
     fn drive(steps: u32, linear_mps: f32, angular_radps: f32) -> EpisodeRecorder {
-        let mut recorder = EpisodeRecorder::new(Pose::default(), 0.1);
+        let mut recorder = EpisodeRecorder::new(Pose::default(), &Task::default());
         let mut pose = Pose::default();
         for _ in 0..steps {
             pose = pose.advanced(Twist::new(linear_mps, angular_radps), 0.1);

@@ -5,34 +5,40 @@
 //! same steps with its own choices; [`crate::controller::Controller`] calls them with the networks'.
 
 mod decision;
+mod rhythm;
 mod standing;
 
 pub use self::decision::{ActiveDecision, DecisionReason};
 
+use self::rhythm::Rhythm;
 use self::standing::Standing;
 use crate::closing::ClosingSpeeds;
 use crate::geometry::{Point, Pose, wrap_angle};
-use crate::local_map::LocalMap;
+use crate::history::History;
+use crate::local_map::{CELL_M, LocalMap};
 use crate::messages::{Goal, LaserScan, Odometry};
 use crate::observation::{
-    CHANGE_STEPS, Compression, HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION, Motion, Sent, Target,
+    CHANGE_S, CHANGE_TICKS, Compression, HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION, Motion, Target,
     encode_low,
 };
 use crate::optimistic::OptimisticGeodesic;
+use crate::scale::Scale;
 use crate::scan::{Misfit, SECTOR_COUNT, ScanGeometry, ScanReader, ScanView};
+use crate::sent::Sent;
 use crate::subgoal::Candidates;
 use crate::task::{ACTION_GOAL, DIRECTION_COUNT, Memory, ShieldMode, Task};
 use crate::twist::Twist;
 
-/// The map takes every second scan.
-const MAP_EVERY: u32 = 2;
-/// Poses that are kept to tell a stuck robot, one a step.
-const STUCK_STEPS: usize = 10;
-/// A robot that is this far from where it was when a new goal comes was set down elsewhere, m.
+/// A robot is stuck when its pose is that of so long ago, s of the reference robot.
+const STUCK_S: f32 = 0.9;
+/// Ticks that this can be at most, and the present.
+const STUCK_TICKS: usize = 451;
+/// A robot that is this far from where it was when a new goal comes was set down elsewhere, m of the reference robot.
 const SET_DOWN_M: f32 = 0.3;
 /// The robot has arrived within this share of the goal's radius.
 const ARRIVAL_SHARE: f32 = 0.3;
-/// Or inside the radius, when it is this much farther from the centre than it was at best, m.
+/// Or inside the radius, when it is this much farther from the centre than it was at best, m of the reference
+/// robot.
 const ARRIVAL_SLACK_M: f32 = 0.02;
 
 /// What the robot knows on its way to a goal.
@@ -50,14 +56,16 @@ pub struct Navigator {
     goal: Point,
     goal_radius_m: f32,
     goal_id: Option<u32>,
-    /// Compressed clearances, now and of the last [`CHANGE_STEPS`] steps, newest first.
-    clearance: [[f32; SECTOR_COUNT]; CHANGE_STEPS + 1],
+    scale: Scale,
+    rhythm: Rhythm,
+    /// Compressed clearances, from now to [`CHANGE_S`] ago.
+    clearance: History<[f32; SECTOR_COUNT], CHANGE_TICKS>,
     closing: ClosingSpeeds,
     has_gap: bool,
     /// The newest step began elsewhere than the last one ended.
     was_set_down: bool,
-    /// Poses of the last [`STUCK_STEPS`] steps, a ring indexed by step.
-    trail: [Pose; STUCK_STEPS],
+    /// Poses from now to [`STUCK_S`] ago.
+    trail: History<Pose, STUCK_TICKS>,
     standing: Standing,
     steps: u32,
     best_distance_m: f32,
@@ -74,27 +82,31 @@ pub struct Navigator {
 impl Navigator {
     /// Ready for the first goal.
     pub fn new(task: &Task) -> Self {
+        let scale = task.scale();
+        let rhythm = Rhythm::new(task, &scale);
         let geometry = ScanGeometry::new(task);
         let scan = ScanView::new(&geometry);
         Self {
             task: *task,
-            compression: Compression::new(geometry.range_max_m() - task.robot.radius_m),
+            compression: Compression::new(geometry.range_max_m() - task.robot.radius_m, &scale),
             geometry,
             reader: ScanReader::new(task),
             scan,
-            map: LocalMap::new(Point::origin()),
+            map: LocalMap::new(Point::origin(), scale.m(CELL_M), rhythm.visit_steps),
             geodesic: OptimisticGeodesic::default(),
             pose: Pose::default(),
             velocity: Twist::ZERO,
             goal: Point::origin(),
             goal_radius_m: task.goal_radius_m,
             goal_id: None,
-            clearance: [[0.0; SECTOR_COUNT]; CHANGE_STEPS + 1],
-            closing: ClosingSpeeds::new(),
+            scale,
+            rhythm,
+            clearance: History::new(task.ticks(scale.s(CHANGE_S)), [0.0; SECTOR_COUNT]),
+            closing: ClosingSpeeds::new(task),
             has_gap: false,
             was_set_down: false,
-            trail: [Pose::default(); STUCK_STEPS],
-            standing: Standing::new(Pose::default()),
+            trail: History::new(task.ticks(scale.s(STUCK_S)), Pose::default()),
+            standing: Standing::new(Pose::default(), &scale),
             steps: 0,
             best_distance_m: f32::INFINITY,
             approach_m: f32::INFINITY,
@@ -115,7 +127,7 @@ impl Navigator {
         self.pose = odom.pose;
         self.velocity = odom.twist();
         let is_new = self.goal_id != Some(goal.id);
-        self.was_set_down = is_new && moved_m > SET_DOWN_M;
+        self.was_set_down = is_new && moved_m > self.scale.m(SET_DOWN_M);
         if self.was_set_down {
             self.reader.forget_walls();
         } else if is_new {
@@ -139,7 +151,7 @@ impl Navigator {
         self.approach_m = self.approach_m.min(self.goal_distance_m());
         self.has_arrived |= self.arrives();
         if let Some(decision) = &mut self.decision {
-            decision.held_steps += 1;
+            decision.held_ticks += 1;
         }
     }
 
@@ -176,8 +188,8 @@ impl Navigator {
         self.decision = None;
         self.last_action = None;
         self.map.clear(self.pose.position());
-        self.trail = [self.pose; STUCK_STEPS];
-        self.standing = Standing::new(self.pose);
+        self.trail.fill(self.pose);
+        self.standing = Standing::new(self.pose, &self.scale);
     }
 
     /// The goal of the present id lies here. If that is elsewhere than before, whether it is reached is found out anew.
@@ -206,14 +218,15 @@ impl Navigator {
             self.clearance.fill(now);
             self.closing.restart(&self.scan, self.pose);
         } else {
-            self.clearance.rotate_right(1);
-            self.clearance[0] = now;
-            self.closing.update(&self.geometry, &self.scan, self.pose, self.task.control_period_s);
+            self.clearance.push(now);
+            self.closing.update(&self.geometry, &self.scan, self.pose);
         }
-        self.trail[self.steps as usize % STUCK_STEPS] = self.pose;
+        self.trail.push(self.pose);
         self.map.recenter(self.pose.position());
-        self.map.visit(self.pose.position());
-        if self.steps.is_multiple_of(MAP_EVERY) && self.task.decision.memory == Memory::Full {
+        if self.steps.is_multiple_of(self.rhythm.visit) {
+            self.map.visit(self.pose.position());
+        }
+        if self.steps.is_multiple_of(self.rhythm.map) && self.task.decision.memory == Memory::Full {
             let (sin, cos) = libm::sincosf(self.pose.yaw_rad);
             self.map.integrate(self.pose.position(), cos, sin, &self.scan);
         }
@@ -252,7 +265,7 @@ impl Navigator {
         let was_inside = self.approach_m < self.goal_radius_m;
         was_inside
             && (distance_m < ARRIVAL_SHARE * self.goal_radius_m
-                || distance_m > self.approach_m + ARRIVAL_SLACK_M)
+                || distance_m > self.approach_m + self.scale.m(ARRIVAL_SLACK_M))
     }
 
     /// The newest pose, `odom_from_robot`.
@@ -290,8 +303,8 @@ impl Navigator {
             distance_m: (target - self.pose.position()).norm(),
             bearing_rad: wrap_angle(self.pose.bearing_to(target) - self.pose.yaw_rad),
         };
-        let (now, before) = (&self.clearance[0], &self.clearance[CHANGE_STEPS]);
-        let motion = Motion { measured: self.velocity, sent: *sent };
+        let (now, before) = (self.clearance.newest(), self.clearance.oldest());
+        let motion = Motion { measured: self.velocity, sent: sent.seen(self.rhythm.step as usize) };
         encode_low(&self.task, now, before, target, &motion, observation);
     }
 

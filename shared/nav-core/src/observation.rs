@@ -1,15 +1,18 @@
 //! What the two policies see. One encoder for training, evaluation and the robot.
 //!
 //! **Low level** ([`LOW_OBSERVATION`] = 82 numbers): for each of 36 sectors (counter-clockwise from straight
-//! back) the compressed clearance in [0, 1]; for each its change over [`CHANGE_STEPS`] steps; then the
+//! back) the compressed clearance in [0, 1]; for each its change over [`CHANGE_S`]; then the
 //! target's distance (in 5 m, at most 1), exp(-distance), sine and cosine of its direction, forward speed (negative
-//! backwards) and turning rate as shares of the fastest, and the same of the last [`SENT_COMMANDS`] commands, newest first.
-//! A base obeys late: without the commands that are under way its next motion would not follow from what is seen.
+//! backwards) and turning rate as shares of the fastest, and the same of what was commanded in each of the last
+//! [`SENT_COMMANDS`] steps, newest first. A base obeys late: without the commands that are under way its next motion would not follow from what is seen.
 //!
 //! **High level** ([`HIGH_OBSERVATION`] = 108 numbers), in the goal-aligned frame: for each of 16 directions
 //! [`DIRECTION_FEATURES`] numbers, then [`GLOBAL_FEATURES`] globals. The network scores one candidate at a
 //! time and sees the scene *rolled* so that the candidate is at index 0: [`expand_candidates`] makes the
 //! [`ACTION_COUNT`] x [`CANDIDATE_FEATURES`] matrix, which makes the scorer equivariant to rotation.
+//!
+//! Metres, seconds and metres a second are those of the reference robot ([`crate::scale`]); a step is 0.1 s of them,
+//! whatever the control period.
 
 mod directions;
 mod mirror;
@@ -17,6 +20,7 @@ mod mirror;
 pub use self::mirror::{mirror_high, mirror_high_action, mirror_low, mirror_low_action};
 
 use self::directions::DIRECTION_SIN_COS;
+use crate::scale::Scale;
 use crate::scan::SECTOR_COUNT;
 use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, CORRIDOR_LIMIT_M, DIRECTION_COUNT, Task};
 use crate::twist::Twist;
@@ -25,10 +29,12 @@ use crate::twist::Twist;
 pub const LOW_OBSERVATION: usize = 2 * SECTOR_COUNT + 6 + 2 * SENT_COMMANDS;
 /// Length of the low-level action: forward speed and turning rate, each in [-1, 1].
 pub const LOW_ACTION: usize = 2;
-/// So many of the last commands are seen: as many as are under way at most with the default disturbances.
+/// The commands of so many of the last steps are seen: as many as are under way at most with the default disturbances.
 pub const SENT_COMMANDS: usize = 2;
-/// The sector changes span this many steps.
-pub const CHANGE_STEPS: usize = 3;
+/// The sector changes span this time, s of the reference robot.
+pub const CHANGE_S: f32 = 0.3;
+/// Ticks that it can be at most, and the present.
+pub(crate) const CHANGE_TICKS: usize = 151;
 /// Per direction: corridor, geodesic gain, visits at 1 m and 2.5 m, closing speed, legality.
 pub const DIRECTION_FEATURES: usize = 6;
 /// Globals of the high level; see [`Globals`].
@@ -42,21 +48,25 @@ pub const LAYOUT: &str = "low: 36 log-clearance from -pi ccw, 36 change over 3 s
      2 x (v, w) sent; high: 16 x (corridor, geodesic gain, visits 1 m, visits 2.5 m, closing, legal), 12 globals; \
      candidate: 112; v4";
 
-/// The fine end of [`Compression`], m.
+/// The fine end of [`Compression`], m of the reference robot.
 const COMPRESS_M: f32 = 0.25;
 
-/// Clearance on a logarithmic scale: 0 at contact, 1 at the longest range, fine where it is close. Holds the inverse
-/// of its denominator.
+/// Clearance on a logarithmic scale: 0 at contact, 1 at the longest range, fine where it is close. `inverse` is
+/// that of its denominator.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Compression(f32);
+pub(crate) struct Compression {
+    fine_m: f32,
+    inverse: f32,
+}
 
 impl Compression {
-    pub(crate) fn new(range_max_m: f32) -> Self {
-        Self(1.0 / libm::logf(1.0 + range_max_m / COMPRESS_M))
+    pub(crate) fn new(range_max_m: f32, scale: &Scale) -> Self {
+        let fine_m = scale.m(COMPRESS_M);
+        Self { fine_m, inverse: 1.0 / libm::logf(1.0 + range_max_m / fine_m) }
     }
 
     pub(crate) fn of(self, clearance_m: f32) -> f32 {
-        libm::logf(1.0 + clearance_m.max(0.0) / COMPRESS_M) * self.0
+        libm::logf(1.0 + clearance_m.max(0.0) / self.fine_m) * self.inverse
     }
 }
 
@@ -69,19 +79,16 @@ pub struct Target {
     pub bearing_rad: f32,
 }
 
-/// The last commands that left for the base, newest first.
-pub type Sent = [Twist; SENT_COMMANDS];
-
 /// How the robot moves, and is about to move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// By odometry.
     pub measured: Twist,
-    /// See [`Sent`].
-    pub sent: Sent,
+    /// What was commanded in each of the last steps, newest first: [`Sent::seen`](crate::sent::Sent::seen).
+    pub sent: [Twist; SENT_COMMANDS],
 }
 
-/// Writes the low-level observation from compressed clearances, `before` those of [`CHANGE_STEPS`] steps ago.
+/// Writes the low-level observation from compressed clearances, `before` those of [`CHANGE_S`] ago.
 pub fn encode_low(
     task: &Task,
     now: &[f32; SECTOR_COUNT],
@@ -95,8 +102,9 @@ pub fn encode_low(
         observation[SECTOR_COUNT + sector] = now[sector] - before[sector];
     }
     let rest = &mut observation[2 * SECTOR_COUNT..];
-    rest[0] = (target.distance_m / 5.0).min(1.0);
-    rest[1] = libm::expf(-target.distance_m);
+    let distance = target.distance_m / task.scale().length;
+    rest[0] = (distance / 5.0).min(1.0);
+    rest[1] = libm::expf(-distance);
     rest[2] = libm::sinf(target.bearing_rad);
     rest[3] = libm::cosf(target.bearing_rad);
     let velocities = core::iter::once(&motion.measured).chain(&motion.sent);
@@ -114,9 +122,9 @@ pub struct Direction {
     /// How much nearer to the goal its subgoal is along the optimistic geodesic, as a share of the full
     /// subgoal distance, in [-1, 1]; 0 in memory profile `lite`.
     pub geodesic_gain: f32,
-    /// Steps spent around the point 1 m away.
+    /// Steps (of 0.1 s) spent around the point 1 m away.
     pub visits_near: f32,
-    /// Steps spent around the point 2.5 m away.
+    /// Steps (of 0.1 s) spent around the point 2.5 m away.
     pub visits_far: f32,
     /// Speed at which something closes in from there beyond the robot's own motion, m/s.
     pub closing_mps: f32,
@@ -151,23 +159,25 @@ pub struct Globals {
 
 /// Writes the high-level observation.
 pub fn encode_high(
+    scale: &Scale,
     directions: &[Direction; DIRECTION_COUNT],
     globals: &Globals,
     observation: &mut [f32; HIGH_OBSERVATION],
 ) {
     let saturate = |value: f32, half: f32| value / (value + half);
+    let (limit_m, fast_mps) = (scale.m(CORRIDOR_LIMIT_M), scale.mps(1.5));
     for (direction, features) in directions.iter().zip(observation.chunks_exact_mut(DIRECTION_FEATURES)) {
-        features[0] = direction.corridor_m / CORRIDOR_LIMIT_M;
+        features[0] = direction.corridor_m / limit_m;
         features[1] = direction.geodesic_gain;
         features[2] = saturate(direction.visits_near, 5.0);
         features[3] = saturate(direction.visits_far, 5.0);
-        features[4] = (direction.closing_mps / 1.5).clamp(0.0, 1.0);
+        features[4] = (direction.closing_mps / fast_mps).clamp(0.0, 1.0);
         features[5] = f32::from(u8::from(direction.is_legal));
     }
     let (last_sin, last_cos) = globals.last_direction_rad.map_or((0.0, 0.0), libm::sincosf);
     let flag = |value: bool| f32::from(u8::from(value));
     observation[DIRECTION_COUNT * DIRECTION_FEATURES..].copy_from_slice(&[
-        saturate(globals.goal_distance_m, 3.0),
+        saturate(globals.goal_distance_m, scale.m(3.0)),
         libm::sinf(globals.heading_rad),
         libm::cosf(globals.heading_rad),
         last_sin,
@@ -175,10 +185,10 @@ pub fn encode_high(
         flag(globals.last_was_goal),
         flag(globals.last_was_wait),
         globals.elapsed.clamp(0.0, 1.0),
-        (globals.setback_m / 5.0).clamp(0.0, 1.0),
-        (globals.detour_m / 10.0).clamp(0.0, 1.0),
+        (globals.setback_m / scale.m(5.0)).clamp(0.0, 1.0),
+        (globals.detour_m / scale.m(10.0)).clamp(0.0, 1.0),
         globals.speed,
-        (globals.standing_s / 5.0).clamp(0.0, 1.0),
+        (globals.standing_s / scale.s(5.0)).clamp(0.0, 1.0),
     ]);
 }
 
@@ -246,7 +256,7 @@ mod tests {
         turned.rotate_right(1);
         let expand = |directions: &_, globals: &_| {
             let mut observation = [0.0; HIGH_OBSERVATION];
-            encode_high(directions, globals, &mut observation);
+            encode_high(&Scale::REFERENCE, directions, globals, &mut observation);
             let mut rows = [0.0; ACTION_COUNT * CANDIDATE_FEATURES];
             expand_candidates(&observation, &mut rows);
             rows
@@ -294,7 +304,7 @@ mod tests {
 
     #[test]
     fn compression_is_monotone_from_zero_to_one() {
-        let compress = |clearance_m| Compression::new(5.0).of(clearance_m);
+        let compress = |clearance_m| Compression::new(5.0, &Scale::REFERENCE).of(clearance_m);
         assert!(compress(-0.1) == 0.0 && (compress(5.0) - 1.0).abs() < 1e-6);
         assert!(compress(0.3) - compress(0.1) > 3.0 * (compress(4.3) - compress(4.1)));
     }

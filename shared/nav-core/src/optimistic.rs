@@ -2,20 +2,20 @@
 //! free. Dial's algorithm over the window of the [`LocalMap`], 8-connected, in fixed memory.
 //!
 //! Cells beside an occupied one cost [`NEAR_FACTOR`] times as much, and a gap of one cell between two
-//! occupied ones is closed: sparse beams leave holes in walls. A door of less than three cells (0.75 m) may so
+//! occupied ones is closed: sparse beams leave holes in walls. A door of less than three cells (0.75 m for the reference robot) may so
 //! count as closed, depending on where the cells fall; this is a hint to the policy, not what it may do.
 
 use crate::geometry::Point;
-use crate::local_map::{CELL_M, Cell, LocalMap, MAP_CELLS};
+use crate::local_map::{Cell, LocalMap, MAP_CELLS};
 
 const CELLS: usize = MAP_CELLS * MAP_CELLS;
-/// Length of one unit of cost, m: a straight step is 5 units, a diagonal one 7.
-pub const UNIT_M: f32 = CELL_M / 5.0;
+/// Units of cost of a cell's length: a straight step is 5 units, a diagonal one 7.
+const CELL_UNITS: f32 = 5.0;
 /// How much dearer a cell beside an obstacle is.
 pub const NEAR_FACTOR: u16 = 3;
-/// From a point to the centres of the cells around its own at most, m.
-const BESIDE_M: f32 = 1.5 * CELL_M * core::f32::consts::SQRT_2;
-/// Above any spread of queued keys: border seeds (at most 32 m * sqrt 2 apart) and one step.
+/// From a point to the centres of the cells around its own at most, cells.
+const BESIDE: f32 = 1.5 * core::f32::consts::SQRT_2;
+/// Above any spread of queued keys: border seeds (at most 128 cells * sqrt 2 apart) and one step.
 const BUCKETS: usize = 1024;
 const NONE: u16 = u16::MAX;
 const UNREACHED: u16 = u16::MAX;
@@ -24,6 +24,9 @@ const UNREACHED: u16 = u16::MAX;
 #[derive(Clone, Debug)]
 pub struct OptimisticGeodesic {
     origin: Cell,
+    /// Side of a cell, m, and of it a unit of cost.
+    cell_m: f32,
+    unit_m: f32,
     cost: [u16; CELLS],
     /// What is not reached costs more than this, or is not reached at all if this is [`UNREACHED`].
     end: u16,
@@ -38,6 +41,8 @@ impl Default for OptimisticGeodesic {
     fn default() -> Self {
         Self {
             origin: Cell { ix: 0, iy: 0 },
+            cell_m: 1.0,
+            unit_m: 1.0 / CELL_UNITS,
             cost: [UNREACHED; CELLS],
             end: UNREACHED,
             factor: [1; CELLS],
@@ -54,16 +59,17 @@ impl OptimisticGeodesic {
     /// the window is reached in a straight line from the window's edge.
     pub fn update(&mut self, map: &LocalMap, goal: Point, here: Point, farther_m: f32) {
         self.origin = map.origin();
+        (self.cell_m, self.unit_m) = (map.cell_m(), map.cell_m() / CELL_UNITS);
         self.paint(&map.occupancy_rows());
         self.cost.fill(UNREACHED);
         self.heads.fill(NONE);
         self.end = UNREACHED;
-        let here = Cell::of(here);
-        let enough = ((farther_m + BESIDE_M) / UNIT_M).min(60_000.0) as u16 + 1;
+        let here = Cell::of(here, self.cell_m);
+        let enough = (farther_m / self.unit_m + BESIDE * CELL_UNITS).min(60_000.0) as u16 + 1;
         let is_open = map.contains(here) && self.factor[self.index(here)] > 0;
         let mut key = usize::MAX;
         let mut queued = 0_usize;
-        let goal_cell = Cell::of(goal);
+        let goal_cell = Cell::of(goal, self.cell_m);
         if map.contains(goal_cell) {
             let index = self.index(goal_cell);
             self.factor[index] = self.factor[index].max(1);
@@ -77,7 +83,7 @@ impl OptimisticGeodesic {
                     if self.factor[index] == 0 || self.cost[index] != UNREACHED {
                         continue;
                     }
-                    let units = ((self.center(index) - goal).norm() / UNIT_M).min(60_000.0) as u16;
+                    let units = ((self.center(index) - goal).norm() / self.unit_m).min(60_000.0) as u16;
                     self.insert(index, units);
                     queued += 1;
                     key = key.min(usize::from(units));
@@ -119,7 +125,7 @@ impl OptimisticGeodesic {
     /// Read from the point's own cell; from its neighbours only where the own cell has none, as beside a wall:
     /// a neighbour may lie behind it.
     pub fn distance_m(&self, from: Point) -> Option<f32> {
-        let center = Cell::of(from);
+        let center = Cell::of(from, self.cell_m);
         if let Some(distance_m) = self.through(center, from) {
             return Some(distance_m);
         }
@@ -141,7 +147,7 @@ impl OptimisticGeodesic {
         }
         let index = self.index(cell);
         let cost = if self.factor[index] > 0 { self.cost[index].min(self.end) } else { self.cost[index] };
-        (cost != UNREACHED).then(|| f32::from(cost) * UNIT_M + (cell.center() - from).norm())
+        (cost != UNREACHED).then(|| f32::from(cost) * self.unit_m + (cell.center(self.cell_m) - from).norm())
     }
 
     fn index(&self, cell: Cell) -> usize {
@@ -150,7 +156,7 @@ impl OptimisticGeodesic {
 
     fn center(&self, index: usize) -> Point {
         let (row, column) = (index / MAP_CELLS, index % MAP_CELLS);
-        Cell { ix: self.origin.ix + column as i32, iy: self.origin.iy + row as i32 }.center()
+        Cell { ix: self.origin.ix + column as i32, iy: self.origin.iy + row as i32 }.center(self.cell_m)
     }
 
     /// Turns occupancy bits into factors: occupied and one-cell gaps blocked, their neighbours dear.

@@ -26,8 +26,8 @@
 //! two beams at the distance that stopping takes, nothing above or below the plane. People may walk faster than the robot
 //! can get out of their way, turn into it at arm's length, or come from where the robot cannot go. At 1.5 m/s and 2.5 rad/s
 //! wishes that ram may still graze something (the property test allows 4 in 1,000; at 1 m/s and 1 rad/s none). A base that slips, a
-//! lidar that errs by more than [`MARGIN_M`], or one that obeys later than [`SENT_COMMANDS`](crate::observation::SENT_COMMANDS)
-//! control periods breaks the promise for what stands, too. It is no certified safety function.
+//! lidar that errs by more than [`margin_m`], or one that obeys later than its
+//! [`latency_s`](crate::task::Robot::latency_s) breaks the promise for what stands, too. It is no certified safety function.
 
 mod danger;
 mod grid;
@@ -40,17 +40,18 @@ mod ways;
 
 pub use self::intervention::{Hazard, Intervention};
 pub use self::people::Mover;
-pub use self::standing::MARGIN_M;
+pub use self::standing::{MARGIN_M, margin_m};
 
 use self::danger::{Danger, Obstacles};
 use self::kept::Kept;
-use self::motion::{Clock, UnderWay};
+use self::motion::{Clock, LATE_MAX, UnderWay};
 use self::people::People;
 use self::standing::{Sectors, Standing, View};
 use crate::geometry::{Point, Pose};
 use crate::messages::LaserScan;
-use crate::observation::Sent;
+use crate::scale::Scale;
 use crate::scan::beams::Beams;
+use crate::sent::Sent;
 use crate::task::{Robot, Task};
 use crate::tracker::{TRACKS_MAX, Tracker};
 use crate::twist::Twist;
@@ -73,7 +74,8 @@ const TURN_COST: f32 = 0.1;
 const CLOSE_COST: f32 = 0.6;
 /// ...touching somebody at the end of the time looked ahead (twice that at once)...
 const TOUCH_COST: f32 = 5.0;
-/// ...and what stands, however little; and for each metre inside of what should be kept free.
+/// ...and what stands, however little; and for each metre of the reference robot ([`Scale`]) inside of what should be
+/// kept free.
 const STANDING_COST: (f32, f32) = (10.0, 500.0);
 /// Nobody is taken to come faster, m/s.
 const PEOPLE_MPS: f32 = 2.0;
@@ -93,6 +95,7 @@ pub struct Open {
 #[derive(Clone, Debug)]
 pub struct Shield {
     robot: Robot,
+    scale: Scale,
     clock: Clock,
     latency: usize,
     no_return_m: f32,
@@ -113,20 +116,21 @@ pub struct Shield {
 impl Shield {
     /// For the robot of a task.
     pub fn new(task: &Task) -> Self {
-        let clock = Clock::new(task.control_period_s);
+        let (clock, scale) = (Clock::new(task), task.scale());
         Self {
             robot: task.robot,
+            scale,
             clock,
-            latency: clock.steps(task.control_period_s),
+            latency: clock.steps(task.control_period_s).min(LATE_MAX),
             no_return_m: f32::INFINITY,
             beams: Beams::new(),
             sectors: Sectors::new(),
             tracker: Tracker::new(task),
             movers: Vec::new(),
             is_informed: false,
-            hits: Standing::new(),
-            walls: Standing::new(),
-            kept: Kept::new(),
+            hits: Standing::new(&scale),
+            walls: Standing::new(&scale),
+            kept: Kept::new(&scale),
             people: People::new(),
         }
     }
@@ -196,9 +200,9 @@ impl Shield {
     /// late, while braking, and half as much again.
     fn stopping_m(&self) -> f32 {
         let robot = &self.robot;
-        let late_s = (Danger::LATENCY_MAX + 3) as f32 * self.clock.step_s[0];
-        let braking_m = robot.linear_max_mps * robot.linear_max_mps / (2.0 * robot.linear_acceleration_mps2);
-        1.5 * (robot.linear_max_mps * late_s + braking_m) + 2.0 * robot.radius_m
+        let steps = self.clock.steps(robot.latency_s) + self.clock.held + 2;
+        let late_s = steps as f32 * self.clock.step_s[0];
+        1.5 * (robot.linear_max_mps * late_s + robot.braking_m()) + 2.0 * robot.radius_m
     }
 
     /// The safe command nearest to `wish`, and why, if it is another. `sent` are the last commands, newest first, `measured`
@@ -212,12 +216,13 @@ impl Shield {
     ) -> (Twist, Option<Intervention>) {
         let danger = Danger {
             robot: &self.robot,
+            scale: &self.scale,
             clock: &self.clock,
             latency: self.latency,
             hits: Obstacles { points: &self.hits, grid: None },
             walls: Obstacles { points: &self.walls, grid: None },
             people: &self.people,
-            under_way: UnderWay { measured, sent: *sent },
+            under_way: UnderWay { measured, sent: self.clock.commands(sent) },
         };
         let wish = self.robot.limited(wish);
         let Some(met) = danger.of(wish, f32::INFINITY) else { return (wish, None) };

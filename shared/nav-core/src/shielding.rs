@@ -61,8 +61,7 @@ impl Shielding {
             return (wish, None, 0);
         }
         // After a pause nobody obeys what was commanded before it.
-        let mut sent = *guard.sent();
-        sent[0] = guard.ramp_from();
+        let sent = guard.sent().with_newest(guard.ramp_from());
         let scan = navigator.scan();
         let open = Open { ahead: !scan.is_closed_ahead(), behind: !scan.is_closed_behind() };
         let wish = self.task.robot.limited(wish);

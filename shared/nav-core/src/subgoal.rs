@@ -10,11 +10,12 @@ use crate::task::{
 };
 use core::f32::consts::TAU;
 
-/// Added to the footprint when a corridor is measured, m.
+/// Added to the footprint when a corridor is measured, m of the reference robot ([`crate::scale`]).
 pub const CORRIDOR_CLEARANCE_M: f32 = 0.05;
-/// Where no direction is legal, because everything is near, this margin is kept instead of the task's, m.
+/// Where no direction is legal, because everything is near, this margin is kept instead of the task's, m of the reference
+/// robot.
 const TIGHT_MARGIN_M: f32 = 0.1;
-/// And a subgoal must only lie this much farther away than it counts as reached, m.
+/// And a subgoal must only lie this much farther away than it counts as reached, m of the reference robot.
 const TIGHT_BEYOND_M: f32 = 0.05;
 
 /// Which actions are legal: bit `a` for action `a`.
@@ -67,7 +68,7 @@ pub fn direction_angle_rad(direction: usize) -> f32 {
 /// Corridors and subgoals of the 16 directions, in the goal-aligned frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidates {
-    /// Free length of each direction's corridor, m, at most [`CORRIDOR_LIMIT_M`].
+    /// Free length of each direction's corridor, m, at most [`CORRIDOR_LIMIT_M`] (scaled).
     pub corridor_m: [f32; DIRECTION_COUNT],
     /// Distance of each direction's subgoal, m.
     pub distance_m: [f32; DIRECTION_COUNT],
@@ -78,7 +79,9 @@ pub struct Candidates {
 impl Candidates {
     /// Measures the corridors; `goal_bearing_rad` is the goal's direction in the robot frame.
     pub fn measure(task: &Task, scan: &ScanView, goal_bearing_rad: f32) -> Self {
-        let half_width_m = task.robot.radius_m + CORRIDOR_CLEARANCE_M;
+        let scale = task.scale();
+        let half_width_m = task.robot.radius_m + scale.m(CORRIDOR_CLEARANCE_M);
+        let limit_m = scale.m(CORRIDOR_LIMIT_M);
         let mut candidates = Self {
             corridor_m: [0.0; DIRECTION_COUNT],
             distance_m: [0.0; DIRECTION_COUNT],
@@ -86,13 +89,12 @@ impl Candidates {
         };
         for direction in 0..DIRECTION_COUNT {
             let angle = goal_bearing_rad + direction_angle_rad(direction);
-            let free_m =
-                scan.corridor_m(libm::cosf(angle), libm::sinf(angle), half_width_m, CORRIDOR_LIMIT_M);
+            let free_m = scan.corridor_m(libm::cosf(angle), libm::sinf(angle), half_width_m, limit_m);
             let distance_m =
                 (free_m - task.decision.corridor_margin_m).clamp(0.0, task.decision.subgoal_distance_m);
             candidates.corridor_m[direction] = free_m;
             candidates.distance_m[direction] = distance_m;
-            if distance_m >= SUBGOAL_MIN_M {
+            if distance_m >= scale.m(SUBGOAL_MIN_M) {
                 candidates.mask.0 |= 1 << direction;
             }
         }
@@ -104,10 +106,11 @@ impl Candidates {
 
     /// Shorter subgoals and less margin, so that a robot in a tight place has somewhere to go.
     fn make_do(&mut self, task: &Task) {
-        let margin_m = TIGHT_MARGIN_M.min(task.decision.corridor_margin_m);
+        let scale = task.scale();
+        let margin_m = scale.m(TIGHT_MARGIN_M).min(task.decision.corridor_margin_m);
         for direction in 0..DIRECTION_COUNT {
             let distance_m = self.corridor_m[direction] - margin_m;
-            if distance_m >= task.decision.subgoal_reached_m + TIGHT_BEYOND_M {
+            if distance_m >= task.decision.subgoal_reached_m + scale.m(TIGHT_BEYOND_M) {
                 self.distance_m[direction] = distance_m;
                 self.mask.0 |= 1 << direction;
             }

@@ -4,10 +4,11 @@
 //! there by runtime, simulator and evaluation. No field of it is typed twice.
 
 mod robot;
+mod check;
 
 pub use self::robot::Robot;
 
-use crate::messages::MAX_BEAMS;
+use crate::scale::Scale;
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
@@ -19,20 +20,21 @@ pub const ACTION_GOAL: usize = DIRECTION_COUNT;
 pub const ACTION_WAIT: usize = DIRECTION_COUNT + 1;
 /// How many actions the high level has: the directions, GOAL and WAIT.
 pub const ACTION_COUNT: usize = DIRECTION_COUNT + 2;
-/// A direction is legal when its subgoal lies at least this far away, m.
+/// A direction is legal when its subgoal lies at least this far away, m of the reference robot ([`Scale`]).
 pub const SUBGOAL_MIN_M: f32 = 0.6;
-/// Corridors to subgoals are measured up to this length, m.
+/// Corridors to subgoals are measured up to this length, m of the reference robot.
 pub const CORRIDOR_LIMIT_M: f32 = 4.0;
+/// An episode lasts so long, s of the reference robot: 1.9 times what the longest way of a generated world takes.
+pub const EPISODE_S: f32 = 50.0;
 
 /// What a policy was trained for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Task {
-    /// Time from one control tick (and simulation step) to the next, s. The decision rules and the changes in
-    /// the observation count ticks, and were chosen for 0.1 s.
+    /// Time from one control tick (and simulation step) to the next, s.
     pub control_period_s: f32,
-    /// Steps after which an episode is truncated; the policy does not see it.
-    pub episode_steps: u32,
+    /// Time after which an episode is truncated, s; the policy does not see it.
+    pub episode_s: f32,
     /// The goal counts as reached when the robot's centre is this close, m.
     pub goal_radius_m: f32,
     /// The robot.
@@ -63,8 +65,8 @@ pub struct Lidar {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Decision {
-    /// Longest time that a subgoal is held, steps.
-    pub hold_steps: u32,
+    /// Longest time that a subgoal is held, s.
+    pub hold_s: f32,
     /// Distance of a direction's subgoal in free space, m.
     pub subgoal_distance_m: f32,
     /// A subgoal counts as reached at this distance, m.
@@ -129,15 +131,7 @@ impl core::str::FromStr for ShieldMode {
 
 impl Default for Task {
     fn default() -> Self {
-        Self {
-            control_period_s: 0.1,
-            episode_steps: 500,
-            goal_radius_m: 0.3,
-            robot: Robot::default(),
-            lidar: Lidar::default(),
-            decision: Decision::default(),
-            shield: ShieldMode::On,
-        }
+        Self::of(Robot::default())
     }
 }
 
@@ -149,14 +143,23 @@ impl Default for Lidar {
 
 impl Default for Decision {
     fn default() -> Self {
+        Self::of(&Robot::default())
+    }
+}
+
+impl Decision {
+    /// What suits a robot.
+    pub fn of(robot: &Robot) -> Self {
+        let scale = Scale::of(robot);
         Self {
-            hold_steps: 20,
-            subgoal_distance_m: 2.0,
-            subgoal_reached_m: 0.4,
-            corridor_margin_m: 0.35,
-            time_to_collision_s: 1.5,
+            hold_s: scale.s(2.0),
+            subgoal_distance_m: scale.m(2.0),
+            subgoal_reached_m: scale.m(0.4),
+            // Room to brake in, as far as it is needed beyond a subgoal that counts as reached some way before.
+            corridor_margin_m: scale.m(0.1) + robot.braking_m().min(scale.m(0.4)),
+            time_to_collision_s: scale.s(1.5),
             deviation_margin: 0.0,
-            horizon_s: 50.0,
+            horizon_s: scale.s(50.0),
             memory: Memory::Full,
         }
     }
@@ -187,81 +190,42 @@ impl Lidar {
 }
 
 impl Task {
+    /// What suits a robot, with the default lidar at 10 Hz.
+    pub fn of(robot: Robot) -> Self {
+        let scale = Scale::of(&robot);
+        Self {
+            control_period_s: 0.1,
+            episode_s: scale.s(EPISODE_S),
+            goal_radius_m: scale.m(0.3),
+            robot,
+            lidar: Lidar::default(),
+            decision: Decision::of(&robot),
+            shield: ShieldMode::On,
+        }
+    }
+
+    /// What lengths and times are to its robot.
+    pub fn scale(&self) -> Scale {
+        Scale::of(&self.robot)
+    }
+
+    /// A time in whole ticks, at least one.
+    pub fn ticks(&self, time_s: f32) -> u32 {
+        libm::roundf(time_s / self.control_period_s).max(1.0) as u32
+    }
+
+    /// A tick as a share of the step for which rewards and discounts were chosen ([`Scale::step_s`]).
+    pub fn step_share(&self) -> f32 {
+        self.control_period_s / self.scale().step_s()
+    }
+
+    /// Ticks after which an episode is truncated.
+    pub fn episode_steps(&self) -> u32 {
+        self.ticks(self.episode_s)
+    }
+
     /// [`Self::control_period_s`] as a whole number of nanoseconds.
     pub fn control_period_ns(&self) -> u64 {
         libm::round(f64::from(self.control_period_s) * 1e6) as u64 * 1000
-    }
-
-    /// The first thing about this task that makes no sense, as a sentence.
-    ///
-    /// # Errors
-    /// A field outside its range, named with its unit.
-    pub fn validate(&self) -> Result<(), &'static str> {
-        let within = |value: f32, low: f32, high: f32| value >= low && value <= high;
-        let checks = [
-            (within(self.control_period_s, 0.001, 1.0), "control_period_s must lie in [0.001, 1]"),
-            (self.episode_steps > 0, "episode_steps must be at least 1"),
-            (within(self.goal_radius_m, 0.05, 2.0), "goal_radius_m must lie in [0.05, 2]"),
-            (within(self.robot.radius_m, 0.05, 1.0), "robot.radius_m must lie in [0.05, 1]"),
-            (within(self.robot.linear_max_mps, 0.01, 5.0), "robot.linear_max_mps must lie in [0.01, 5]"),
-            (
-                within(self.robot.linear_min_mps, -self.robot.linear_max_mps, 0.0),
-                "robot.linear_min_mps must lie in [-robot.linear_max_mps, 0]",
-            ),
-            (
-                within(self.robot.angular_max_radps, 0.01, 10.0),
-                "robot.angular_max_radps must lie in [0.01, 10]",
-            ),
-            (
-                within(self.robot.linear_acceleration_mps2, 0.01, 50.0),
-                "robot.linear_acceleration_mps2 must lie in [0.01, 50]",
-            ),
-            (
-                within(self.robot.angular_acceleration_radps2, 0.01, 100.0),
-                "robot.angular_acceleration_radps2 must lie in [0.01, 100]",
-            ),
-            (
-                (1..=MAX_BEAMS).contains(&(self.lidar.beam_count as usize)),
-                "lidar.beam_count must lie in [1, 1440]",
-            ),
-            (
-                within(self.lidar.field_of_view_rad, 0.1, TAU + 1e-3),
-                "lidar.field_of_view_rad must lie in [0.1, 2 pi]",
-            ),
-            (within(self.lidar.range_min_m, 0.0, 1.0), "lidar.range_min_m must lie in [0, 1]"),
-            (within(self.lidar.range_max_m, 1.0, 100.0), "lidar.range_max_m must lie in [1, 100]"),
-            ((1..=200).contains(&self.decision.hold_steps), "decision.hold_steps must lie in [1, 200]"),
-            (
-                within(self.decision.subgoal_distance_m, 0.5, 10.0),
-                "decision.subgoal_distance_m must lie in [0.5, 10]",
-            ),
-            (
-                within(self.decision.subgoal_reached_m, 0.05, 2.0),
-                "decision.subgoal_reached_m must lie in [0.05, 2]",
-            ),
-            (
-                within(self.decision.corridor_margin_m, 0.0, 2.0),
-                "decision.corridor_margin_m must lie in [0, 2]",
-            ),
-            (
-                within(self.decision.time_to_collision_s, 0.0, 10.0),
-                "decision.time_to_collision_s must lie in [0, 10]",
-            ),
-            (within(self.decision.horizon_s, 1.0, 3600.0), "decision.horizon_s must lie in [1, 3600]"),
-            (self.decision.deviation_margin.is_finite(), "decision.deviation_margin must be finite"),
-            (
-                self.decision.subgoal_distance_m > SUBGOAL_MIN_M
-                    && self.decision.subgoal_distance_m + self.decision.corridor_margin_m <= CORRIDOR_LIMIT_M,
-                "decision.subgoal_distance_m must exceed 0.6, and with decision.corridor_margin_m be 4 at most",
-            ),
-            (
-                self.decision.subgoal_reached_m < SUBGOAL_MIN_M,
-                "decision.subgoal_reached_m must be below 0.6, the shortest subgoal",
-            ),
-        ];
-        match checks.into_iter().find(|(fine, _)| !fine) {
-            Some((_, sentence)) => Err(sentence),
-            None => Ok(()),
-        }
     }
 }

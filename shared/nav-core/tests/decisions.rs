@@ -144,14 +144,14 @@ fn a_correction_of_the_goal_is_followed_at_once_and_nothing_is_forgotten() {
 
 #[test]
 fn a_policy_does_not_see_the_time_limit_of_an_episode() {
-    let elapsed = |episode_steps: u32| {
-        let mut scene = Scene::new(Task { episode_steps, ..Task::default() });
+    let elapsed = |episode_s: f32| {
+        let mut scene = Scene::new(Task { episode_s, ..Task::default() });
         for step in 0..50_u8 {
             scene.see(0.1 * f32::from(step), FREE);
         }
         scene.navigator.prepare_decision().0.map(f32::to_bits)
     };
-    assert_eq!(elapsed(250), elapsed(10_000));
+    assert_eq!(elapsed(25.0), elapsed(1_000.0));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use nav_core::geometry::{Point, Pose, Vector};
 use nav_core::messages::{Header, LaserScan};
-use nav_core::observation::Sent;
+use nav_core::sent::Sent;
 use nav_core::shield::{Hazard, Intervention, Mover, Open, Shield};
 use nav_core::task::Task;
 use nav_core::twist::Twist;

@@ -34,7 +34,7 @@ pub struct Episode {
 impl Episode {
     /// A robot at the start of a place.
     pub fn new(place: Place, task: &Task, disturbance: &Disturbance, seed: u64) -> Self {
-        let lasting_task = lasting(task, place.scene.episode_steps());
+        let lasting_task = lasting(task, place.scene.episode_s(&task.robot));
         let simulation = Simulation::new(place.world.clone(), &lasting_task, disturbance, seed);
         let mut episode = Self {
             task: *task,
@@ -53,7 +53,8 @@ impl Episode {
     /// Starts again, elsewhere.
     pub fn restart(&mut self, place: Place, seed: u64) {
         self.simulation.reset(place.world.clone(), seed);
-        self.simulation.set_episode_steps(lasting(&self.task, place.scene.episode_steps()).episode_steps);
+        let least_s = place.scene.episode_s(&self.task.robot);
+        self.simulation.set_episode_s(lasting(&self.task, least_s).episode_s);
         self.place = place;
         self.goal_id = self.goal_id.wrapping_add(1);
         self.arrived_steps = 0;

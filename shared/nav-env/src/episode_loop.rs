@@ -60,7 +60,7 @@ pub fn drive_episode<C: Commands>(
     commands: &mut C,
     onlooker: &mut impl Onlooker<C>,
 ) -> Result<EpisodeMetrics, C::Error> {
-    let mut recorder = EpisodeRecorder::new(simulation.pose(), simulation.task().control_period_s);
+    let mut recorder = EpisodeRecorder::new(simulation.pose(), simulation.task());
     let end = loop {
         let answer = commands.exchange(simulation, goal_id)?;
         onlooker.commanded(simulation, commands);

@@ -12,7 +12,7 @@ use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::navigator::Navigator;
 use nav_core::observation::{HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION};
 use nav_core::reward::{HighDecision, HighReward, HighStep};
-use nav_core::subgoal::ActionMask;
+use nav_core::subgoal::{ActionMask, CORRIDOR_CLEARANCE_M};
 use nav_core::task::{ACTION_GOAL, Task};
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::Outcome;
@@ -24,6 +24,9 @@ use crate::ActingNetwork;
 use crate::episode::Episode;
 use crate::seeds::{Rng, derive};
 use crate::worlds::Place;
+
+/// What stands nearer ahead is an obstacle to the paper's reward, m of the reference robot ([`nav_core::scale`]).
+const AHEAD_M: f32 = 1.0;
 
 /// What a robot of stage B is paid for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -186,8 +189,11 @@ impl HighRobot {
         let start = self.episode.navigator().pose();
         let target =
             self.episode.navigator().decision().map_or(start.position(), |decision| decision.subgoal);
-        let half_width_m = self.episode.simulation().task().robot.radius_m + 0.05;
-        let obstacle_ahead = self.episode.navigator().scan().corridor_m(1.0, 0.0, half_width_m, 1.0) < 1.0;
+        let task = self.episode.simulation().task();
+        let half_width_m = task.robot.radius_m + task.scale().m(CORRIDOR_CLEARANCE_M);
+        let ahead_m = task.scale().m(AHEAD_M);
+        let free_m = self.episode.navigator().scan().corridor_m(1.0, 0.0, half_width_m, ahead_m);
+        let obstacle_ahead = free_m < ahead_m;
         let mut pending = Pending { observation: self.observation, action, reward: 0.0, discount: 1.0 };
         let mut steps = 0;
         let (outcome, is_astray) = loop {

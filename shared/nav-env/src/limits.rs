@@ -31,12 +31,12 @@ impl Limits {
         Ok(())
     }
 
-    /// The task of an episode in a world that needs so many steps of 0.1 s: without limits that of the policy, or longer
+    /// The task of an episode in a world that needs so long, s: without limits that of the policy, or longer
     /// where the world needs it.
-    pub fn task(&self, task: &Task, steps: u32) -> Task {
-        let mut limited = lasting(task, steps);
+    pub fn task(&self, task: &Task, least_s: f32) -> Task {
+        let mut limited = lasting(task, least_s);
         if let Some(time_limit_s) = self.time_limit_s {
-            limited.episode_steps = (time_limit_s / task.control_period_s).round().max(1.0) as u32;
+            limited.episode_s = time_limit_s;
         }
         if let Some(goal_radius_m) = self.goal_radius_m {
             limited.goal_radius_m = goal_radius_m;
@@ -52,9 +52,10 @@ mod tests {
     #[test]
     fn a_limit_replaces_what_task_and_family_say() {
         let task = Task { control_period_s: 0.05, ..Task::default() };
-        assert_eq!(Limits::default().task(&task, 800), Task { episode_steps: 1600, ..task });
+        let longer = Limits::default().task(&task, 80.0);
+        assert_eq!((longer, longer.episode_steps()), (Task { episode_s: 80.0, ..task }, 1600));
         let limits = Limits { time_limit_s: Some(12.0), goal_radius_m: Some(1.0) };
-        assert_eq!(limits.task(&task, 800), Task { episode_steps: 240, goal_radius_m: 1.0, ..task });
+        assert_eq!(limits.task(&task, 80.0), Task { episode_s: 12.0, goal_radius_m: 1.0, ..task });
     }
 
     #[test]

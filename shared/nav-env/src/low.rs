@@ -7,7 +7,7 @@
 //! | action | forward speed and turning rate, each in [-1, 1] |
 //! | reward | [`LowReward`] |
 //! | terminated | target reached, or collision, or a wrong belief to be at the goal |
-//! | truncated | target given up after `subgoal_steps`, or the episode's time over |
+//! | truncated | target given up after `subgoal_s`, or the episode's time over |
 
 use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
@@ -23,8 +23,12 @@ use crate::episode::Episode;
 use crate::seeds::{Rng, derive};
 use crate::worlds::Place;
 
-/// Kept free around a random subgoal, m.
+/// Kept free around a random subgoal, m of the reference robot ([`nav_core::scale`]).
 const SUBGOAL_MARGIN_M: f32 = 0.15;
+/// Added to the footprint when its corridor is measured, m of the reference robot.
+const CLEARANCE_M: f32 = 0.02;
+/// It is measured so far beyond the farthest subgoal, m of the reference robot.
+const BEYOND_M: f32 = 0.5;
 
 /// What a robot of stage A drives at, and what it is paid for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +37,8 @@ pub struct LowRobotConfig {
     pub goal_share: f32,
     /// Distance of random subgoals, `[least, most]`, m.
     pub subgoal_m: [f32; 2],
-    /// Steps after which a subgoal is given up (truncated).
-    pub subgoal_steps: u32,
+    /// Time after which a subgoal is given up (truncated), s.
+    pub subgoal_s: f32,
     /// Discount of a step.
     pub discount: f32,
     /// Steps of a return before it bootstraps.
@@ -176,13 +180,16 @@ impl LowRobot {
     /// A random point at the end of a free corridor, `odom` frame.
     fn random_subgoal(&mut self) -> Option<Point> {
         let navigator = self.episode.navigator();
-        let radius_m = self.episode.simulation().task().robot.radius_m;
+        let task = self.episode.simulation().task();
+        let scale = task.scale();
+        let half_width_m = task.robot.radius_m + scale.m(CLEARANCE_M);
         let [least_m, most_m] = self.config.subgoal_m;
+        let limit_m = most_m + scale.m(BEYOND_M);
         for _ in 0..10 {
             let bearing = self.rng.random_range(-std::f32::consts::PI..std::f32::consts::PI);
             let (sin, cos) = libm::sincosf(bearing);
             let free_m =
-                navigator.scan().corridor_m(cos, sin, radius_m + 0.02, most_m + 0.5) - SUBGOAL_MARGIN_M;
+                navigator.scan().corridor_m(cos, sin, half_width_m, limit_m) - scale.m(SUBGOAL_MARGIN_M);
             if free_m > least_m {
                 let distance_m = self.rng.random_range(least_m..=free_m.min(most_m));
                 let local = Point::new(distance_m * cos, distance_m * sin);
@@ -210,7 +217,7 @@ impl LowRobot {
             // A localiser may have corrected it.
             self.target = self.episode.navigator().goal();
         }
-        let limit = if self.target_is_goal { u32::MAX } else { self.config.subgoal_steps };
+        let limit = if self.target_is_goal { u32::MAX } else { self.subgoal_steps() };
         let attempt = if outcome == Outcome::Collided {
             Attempt::Collided
         } else if self.has_reached(outcome, after) {
@@ -263,6 +270,10 @@ impl LowRobot {
             done.discount = if is_terminated { 0.0 } else { done.discount };
             transitions.push(done);
         }
+    }
+
+    fn subgoal_steps(&self) -> u32 {
+        self.episode.simulation().task().ticks(self.config.subgoal_s)
     }
 
     /// A subgoal is where odometry says, and ends as near as it does for the high level; the goal is where it truly is.

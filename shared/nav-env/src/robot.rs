@@ -94,7 +94,7 @@ impl SimulatedRobot {
 
     /// Drives an episode to its end.
     pub fn drive(&mut self, driver: &mut (impl Driver + ?Sized), place: &Place, with_trace: bool) -> Driven {
-        let task = self.limits.task(&self.task, place.scene.episode_steps());
+        let task = self.limits.task(&self.task, place.scene.episode_s(&self.task.robot));
         let task = self.lidar.map_or(task, |lidar| lidar.on(&task));
         let mut simulation =
             Simulation::new(place.world.clone(), &task, &self.disturbance, place.simulation_seed);

@@ -1,6 +1,7 @@
 //! The worlds of a run: made once, shared by all robots, with their shortest ways.
 
-use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate_with_field, simulation_seed};
+use nav_core::task::Robot;
+use nav_sim::families::{Family, Split, generate_with_field, simulation_seed};
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::world::World;
 use std::fmt;
@@ -25,9 +26,9 @@ impl Scene {
         }
     }
 
-    /// Steps of 0.1 s that an episode needs at least.
-    pub fn episode_steps(&self) -> u32 {
-        self.family().map_or(0, Family::episode_steps)
+    /// How long an episode must be allowed to take, s.
+    pub fn episode_s(&self, robot: &Robot) -> f32 {
+        self.family().map_or(0.0, |family| family.episode_s(robot))
     }
 }
 
@@ -56,11 +57,9 @@ pub struct Place {
 }
 
 impl Place {
-    /// The generated world of a family, split and seed, for a robot of a radius, m.
+    /// The generated world of a family, split and seed, in the size of a robot of a radius, m.
     pub fn generated(family: Family, split: Split, seed: u64, robot_radius_m: f32) -> Self {
-        let (world, field) = generate_with_field(family, split, seed);
-        let fits = (robot_radius_m - DESIGN_RADIUS_M).abs() < 1e-6;
-        let field = if fits { field } else { GeodesicField::new(&world, robot_radius_m) };
+        let (world, field) = generate_with_field(family, split, seed, robot_radius_m);
         Self {
             scene: Scene::Family(family, split),
             seed,

@@ -44,7 +44,7 @@ fn attempts(localiser: Localiser) -> Vec<(Attempt, bool, f32)> {
     let config = LowRobotConfig {
         goal_share: 1.0,
         subgoal_m: [0.7, 3.0],
-        subgoal_steps: 80,
+        subgoal_s: 8.0,
         discount: 0.98,
         n_step: 1,
         reward: LowReward::Decomposed(decomposed::LowWeights::default()),

@@ -18,7 +18,7 @@ fn drive(n_step: usize) -> (Vec<LowTransition>, Vec<(Attempt, bool)>) {
     let config = LowRobotConfig {
         goal_share: 0.3,
         subgoal_m: [0.7, 3.0],
-        subgoal_steps: 30,
+        subgoal_s: 3.0,
         discount: DISCOUNT,
         n_step,
         reward: LowReward::Decomposed(decomposed::LowWeights::default()),

@@ -102,8 +102,8 @@ fn wish(wisher: Wisher, robot: &Robot, beams: &Beams, last: Twist, rng: &mut Rng
 /// Whether the robot touched something in one world, how far it drove, m, and how near it came to anything, m.
 fn drive(seed: u64, task: &Task, with_shield: bool) -> (bool, f32, f32) {
     let mut rng = Rng::seed_from_u64(seed);
-    let latency = rng.random_range(0..=2);
-    let disturbance = Disturbance { latency_steps: [latency; 2], ..Disturbance::none() };
+    let latency = 0.1 * rng.random_range(0..=2_u32) as f32;
+    let disturbance = Disturbance { latency_s: [latency; 2], ..Disturbance::none() };
     let world = world(&mut rng, task);
     let mut simulation = Simulation::new(Arc::new(world), task, &disturbance, seed);
     let (mut guard, mut shield, mut beams) = (Guard::new(task), Shield::new(task), Beams::new());
@@ -132,7 +132,7 @@ fn drive(seed: u64, task: &Task, with_shield: bool) -> (bool, f32, f32) {
 }
 
 fn robots() -> [Task; 5] {
-    let robot = |robot: Robot| Task { robot, episode_steps: 10_000, ..Task::default() };
+    let robot = |robot: Robot| Task { robot, episode_s: 1_000.0, ..Task::default() };
     let own = Robot::default();
     [
         robot(own),

@@ -19,7 +19,7 @@ mod support;
 
 use nav_core::geometry::Pose;
 use nav_core::messages::{Header, LaserScan};
-use nav_core::observation::SENT_COMMANDS;
+use nav_core::sent::Sent;
 use nav_core::shield::{Open, Shield};
 use nav_core::task::{ShieldMode, Task};
 use nav_core::twist::Twist;
@@ -53,7 +53,7 @@ struct Gated<'a> {
     task: Task,
     messages: Messages,
     seq: u64,
-    sent: [Twist; SENT_COMMANDS],
+    sent: Sent,
     times: &'a mut Times,
 }
 
@@ -74,9 +74,8 @@ impl Commands for Gated<'_> {
             self.messages.odom.twist(),
             &self.sent,
         );
-        let command = self.task.robot.ramped(self.sent[0], command, self.task.control_period_s);
-        self.sent.rotate_right(1);
-        self.sent[0] = command;
+        let command = self.task.robot.ramped(self.sent.as_slice()[0], command, self.task.control_period_s);
+        self.sent.push(command);
         Ok(Answer { command, state: status.state })
     }
 }
@@ -89,7 +88,7 @@ impl Times {
         pose: Pose,
         wish: Twist,
         measured: Twist,
-        sent: &[Twist; SENT_COMMANDS],
+        sent: &Sent,
     ) -> Twist {
         let begun = Instant::now();
         shield.see(scan, pose);
@@ -121,7 +120,7 @@ fn in_family(family: Family, beam_count: u32, worlds: std::ops::Range<u64>) -> T
     let mut times = Times::default();
     for seed in worlds {
         let place = Place::generated(family, Split::Validation, seed, ungated.robot.radius_m);
-        let task = lidar.on(&Limits::default().task(&ungated, place.scene.episode_steps()));
+        let task = lidar.on(&Limits::default().task(&ungated, place.scene.episode_s(&ungated.robot)));
         let mut driver = Rival::Reactive.driver(&ungated);
         driver.begin(&place);
         let world = place.world.clone();
@@ -132,7 +131,7 @@ fn in_family(family: Family, beam_count: u32, worlds: std::ops::Range<u64>) -> T
             task,
             messages: Messages::default(),
             seq: 0,
-            sent: [Twist::ZERO; SENT_COMMANDS],
+            sent: Sent::default(),
             times: &mut times,
         };
         let Ok(_) = drive_episode(&mut simulation, &place, 1, &mut gated, &mut ());
@@ -151,7 +150,7 @@ fn in_a_ring(beam_count: u32) -> Times {
             ..ring_of_walkers(&task.lidar, step as f32 * 0.02)
         };
         let fast = Twist::new(task.robot.linear_max_mps, 0.0);
-        times.of(&mut shield, &scan, Pose::default(), fast, fast, &[fast; SENT_COMMANDS]);
+        times.of(&mut shield, &scan, Pose::default(), fast, fast, &Sent::of(&[fast]));
     }
     times
 }

@@ -51,7 +51,8 @@ fn measured(family: Family, beams: u32, worlds: Range<u64>, verbose: bool) -> Co
     let mut counts = Counts::default();
     for seed in worlds {
         let place = Place::generated(family, Split::Validation, seed, Task::default().robot.radius_m);
-        let task = lidar.on(&Limits::default().task(&Task::default(), place.scene.episode_steps()));
+        let task = lidar
+            .on(&Limits::default().task(&Task::default(), place.scene.episode_s(&Task::default().robot)));
         let rival = if seed % 2 == 0 { Rival::Astar } else { Rival::Reactive };
         let mut driver = rival.driver(&Task::default());
         driver.begin(&place);

@@ -40,8 +40,8 @@ const EFFORTS: [Effort; 6] = [
     Effort { beam: 300, gap_m: 0.02, goes_around: true },
 ];
 
-/// So many steps of a way that does not lead to the goal are driven at most.
-const DRIVEN_MAX: usize = 30;
+/// So long a way that does not lead to the goal is driven at most, s of the reference robot ([`nav_core::scale`]).
+const DRIVEN_MAX_S: f32 = 3.0;
 
 /// Plans in the future, and drives the plan.
 pub struct Clairvoyant {
@@ -62,6 +62,7 @@ impl Clairvoyant {
 /// Commands to the goal, or the first half of those that last longest.
 fn planned(truth: &Simulation, field: &GeodesicField) -> Vec<Twist> {
     let steps = truth.steps_left() as usize;
+    let driven_max = truth.task().ticks(truth.task().scale().s(DRIVEN_MAX_S)) as usize;
     let standing = vec![Twist::ZERO; steps];
     let mut future = Future::of(truth, &standing, steps);
     let stands = future.lasts();
@@ -79,8 +80,8 @@ fn planned(truth: &Simulation, field: &GeodesicField) -> Vec<Twist> {
         future = driven;
     }
     // Whoever has no way left had better stand.
-    let (safe, mut way) = if best.0 < DRIVEN_MAX && stands > best.0 { (stands, standing) } else { best };
-    way.truncate((safe / 2).clamp(1, DRIVEN_MAX));
+    let (safe, mut way) = if best.0 < driven_max && stands > best.0 { (stands, standing) } else { best };
+    way.truncate((safe / 2).clamp(1, driven_max));
     way
 }
 

@@ -1,4 +1,5 @@
-//! Steering of the classical rivals: towards a point, slower in turns and before obstacles.
+//! Steering of the classical rivals: towards a point, slower in turns and before obstacles. Metres and seconds of the
+//! constants are those of the reference robot ([`nav_core::scale`]).
 
 use nav_core::geometry::{Point, wrap_angle};
 use nav_core::guard::Guard;
@@ -12,8 +13,17 @@ use nav_core::twist::Twist;
 
 /// Seconds in which the robot turns towards its target.
 const TURN_TIME_S: f32 = 0.4;
+/// A robot whose turns gather speed slowly takes at least so much of the time that its whole turning rate takes.
+const TURN_UP: f32 = 1.5;
 /// Free length ahead below which the robot slows down, m.
 const SLOW_M: f32 = 0.8;
+/// A robot that brakes badly slows down at least so many braking distances ahead.
+const SLOW_BRAKING: f32 = 2.5;
+/// Beside the footprint, m; and how far ahead is looked.
+const BESIDE_M: f32 = 0.03;
+const AHEAD_M: f32 = 2.0;
+/// It stands this far before what is ahead, m.
+const STOP_M: f32 = 0.05;
 
 /// What all classical rivals share: perception, steering and the guard's limits.
 pub(crate) struct Follower {
@@ -64,10 +74,16 @@ impl Follower {
         let robot = &self.task.robot;
         let pose = self.navigator.pose();
         let bearing = wrap_angle(pose.bearing_to(target) - pose.yaw_rad);
-        let ahead_m = self.navigator.scan().corridor_m(1.0, 0.0, robot.radius_m + 0.03, 2.0);
-        let angular = (bearing / TURN_TIME_S).clamp(-robot.angular_max_radps, robot.angular_max_radps);
+        let scale = self.task.scale();
+        let half_width_m = robot.radius_m + scale.m(BESIDE_M);
+        let slow_m = scale.m(SLOW_M).max(SLOW_BRAKING * robot.braking_m());
+        let limit_m = scale.m(AHEAD_M).max(2.0 * slow_m);
+        let ahead_m = self.navigator.scan().corridor_m(1.0, 0.0, half_width_m, limit_m);
+        let turn_up_s = robot.angular_max_radps / robot.angular_acceleration_radps2;
+        let turn_s = scale.s(TURN_TIME_S).max(TURN_UP * turn_up_s);
+        let angular = (bearing / turn_s).clamp(-robot.angular_max_radps, robot.angular_max_radps);
         let aligned = (1.0 - bearing.abs() / 0.9).clamp(0.0, 1.0);
-        let clear = ((ahead_m - 0.05) / SLOW_M).clamp(0.0, 1.0);
+        let clear = ((ahead_m - scale.m(STOP_M)) / slow_m).clamp(0.0, 1.0);
         // Like the policy, a rival stands where it believes to have arrived.
         let has_arrived = self.navigator.goal_reached();
         let driving = Twist::new(robot.linear_max_mps * aligned * clear, angular);

@@ -1,10 +1,11 @@
 //! The upper bound: a planner that knows the static map, with a follower. It does not know the people.
 //!
 //! The path lies in the map's frame and is followed by the localised pose: odometry, corrected as far as a localiser
-//! says.
+//! says. Metres of the constants are those of the reference robot ([`nav_core::scale`]).
 
 use nav_core::geometry::{Point, Pose};
 use nav_core::messages::CmdVel;
+use nav_core::scale::Scale;
 use nav_core::shield::Shield;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
@@ -23,6 +24,8 @@ const CELL_M: f32 = 0.1;
 const COMFORT_M: f32 = 0.2;
 /// The follower aims this far ahead on the path at most, m: nearer where the straight way there cuts a corner.
 const LOOKAHEAD_M: f32 = 0.9;
+/// Beside the footprint, m: nearer is blocked.
+const BESIDE_M: f32 = 0.02;
 /// Off things that a corner may be cut by, m beyond what blocks a cell: room for the safety gate, which stops the robot
 /// before it touches.
 const CUT_M: f32 = 0.12;
@@ -116,6 +119,8 @@ impl Tick for KnownMapPlanner {
 
 /// Costs of the cells of a world.
 struct Grid {
+    scale: Scale,
+    cell_m: f32,
     origin: Point,
     columns: i32,
     rows: i32,
@@ -126,8 +131,8 @@ struct Grid {
 type Cell = (i32, i32);
 
 /// Up to five times as dear within the comfort distance.
-fn cost_at(free_m: f32) -> u32 {
-    let near = (1.0 - free_m / COMFORT_M).clamp(0.0, 1.0);
+fn cost_at(free_m: f32, scale: &Scale) -> u32 {
+    let near = (1.0 - free_m / scale.m(COMFORT_M)).clamp(0.0, 1.0);
     COST.0 + (COST.1 * near) as u32
 }
 
@@ -135,14 +140,16 @@ impl Grid {
     fn new(world: &World, task: &Task) -> Self {
         let obstacles = Obstacles::new(world);
         let size = world.bounds.max - world.bounds.min;
-        let (columns, rows) = ((size.x / CELL_M).ceil() as i32, (size.y / CELL_M).ceil() as i32);
-        let mut grid = Self { origin: world.bounds.min, columns, rows, cost: Vec::new() };
-        let radius_m = task.robot.radius_m + 0.02;
+        let scale = task.scale();
+        let (cell_m, comfort_m) = (scale.m(CELL_M), scale.m(COMFORT_M));
+        let (columns, rows) = ((size.x / cell_m).ceil() as i32, (size.y / cell_m).ceil() as i32);
+        let mut grid = Self { scale, cell_m, origin: world.bounds.min, columns, rows, cost: Vec::new() };
+        let radius_m = task.robot.radius_m + scale.m(BESIDE_M);
         for row in 0..rows {
             for column in 0..columns {
                 let free_m =
-                    obstacles.distance_m(grid.center((column, row)), radius_m + COMFORT_M) - radius_m;
-                grid.cost.push(if free_m < 0.0 { 0 } else { cost_at(free_m) });
+                    obstacles.distance_m(grid.center((column, row)), radius_m + comfort_m) - radius_m;
+                grid.cost.push(if free_m < 0.0 { 0 } else { cost_at(free_m, &scale) });
             }
         }
         grid
@@ -150,13 +157,13 @@ impl Grid {
 
     fn center(&self, cell: Cell) -> Point {
         Point::new(
-            self.origin.x + (cell.0 as f32 + 0.5) * CELL_M,
-            self.origin.y + (cell.1 as f32 + 0.5) * CELL_M,
+            self.origin.x + (cell.0 as f32 + 0.5) * self.cell_m,
+            self.origin.y + (cell.1 as f32 + 0.5) * self.cell_m,
         )
     }
 
     fn cell(&self, point: Point) -> Cell {
-        let at = (point - self.origin) / CELL_M;
+        let at = (point - self.origin) / self.cell_m;
         (at.x.floor() as i32, at.y.floor() as i32)
     }
 
@@ -172,15 +179,15 @@ impl Grid {
             0 => u32::MAX,
             cost => cost,
         };
-        let mut dearest = dear(from).max(cost_at(CUT_M));
+        let mut dearest = dear(from).max(cost_at(self.scale.m(CUT_M), &self.scale));
         let mut aim = None;
         for &point in path {
             let way = point - from;
             dearest = dearest.max(dear(point));
-            let steps = (way.norm() / (0.5 * CELL_M)).ceil().max(1.0);
+            let steps = (way.norm() / (0.5 * self.cell_m)).ceil().max(1.0);
             let cuts_a_corner =
                 (1..steps as u32).any(|step| dear(from + way * (step as f32 / steps)) > dearest);
-            if aim.is_some() && (cuts_a_corner || way.norm() > LOOKAHEAD_M) {
+            if aim.is_some() && (cuts_a_corner || way.norm() > self.scale.m(LOOKAHEAD_M)) {
                 return aim;
             }
             aim = Some(point);

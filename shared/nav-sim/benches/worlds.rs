@@ -16,7 +16,8 @@ fn main() {
 #[divan::bench(args = Family::ALL)]
 fn world_with_field(bencher: Bencher<'_, '_>, family: Family) {
     let seed = AtomicU64::new(0);
-    bencher.bench(|| generate_with_field(family, Split::Train, seed.fetch_add(1, Ordering::Relaxed)));
+    let next = || seed.fetch_add(1, Ordering::Relaxed);
+    bencher.bench(|| generate_with_field(family, Split::Train, next(), DESIGN_RADIUS_M));
 }
 
 #[divan::bench(args = Family::ALL)]

@@ -2,13 +2,18 @@
 
 use crate::families::UnknownName;
 use crate::localiser::Localiser;
+use nav_core::task::Robot;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// The longest latency that can be simulated, steps.
-pub const LATENCY_MAX_STEPS: u32 = 8;
+/// The longest latency that can be simulated, control periods: 0.8 s at 50 Hz.
+pub const LATENCY_MAX_STEPS: u32 = 40;
+/// The longest latency that may be asked for, s.
+const LATENCY_MAX_S: f32 = 2.0;
+/// A base lags by this share of its longest latency at most.
+const LAG_SHARE: f32 = 0.75;
 /// The length of a straight run after which [`Disturbance::odometry_drift`] is calibrated, m.
 pub const DRIFT_REFERENCE_M: f32 = 10.0;
 
@@ -20,8 +25,8 @@ pub struct Disturbance {
     pub range_noise_m: [f32; 2],
     /// Share of beams whose measurement fails: they read NaN, whatever is there.
     pub dropout: [f32; 2],
-    /// Steps from a command to its effect; at most [`LATENCY_MAX_STEPS`].
-    pub latency_steps: [u32; 2],
+    /// Time from a command to its effect, s, in whole control periods; at most [`LATENCY_MAX_STEPS`] of them.
+    pub latency_s: [f32; 2],
     /// Time constant with which the base follows a command, s; 0 follows at once.
     pub actuation_lag_s: [f32; 2],
     /// True velocity over commanded velocity, both linear and angular.
@@ -47,7 +52,7 @@ pub struct DrawnDisturbance {
     pub range_noise_m: f32,
     /// Probability that a beam's measurement fails.
     pub dropout: f32,
-    /// Steps from a command to its effect.
+    /// Control periods from a command to its effect.
     pub latency_steps: u32,
     /// Time constant with which the base follows a command, s.
     pub actuation_lag_s: f32,
@@ -89,12 +94,12 @@ impl DisturbanceName {
         }
     }
 
-    /// What it stands for.
-    pub const fn disturbance(self) -> Disturbance {
+    /// What it stands for, on a robot.
+    pub fn disturbance(self, robot: &Robot) -> Disturbance {
         match self {
             Self::None => Disturbance::none(),
-            Self::Usual => Disturbance::usual(),
-            Self::NoLocaliser => Disturbance::without_localiser(),
+            Self::Usual => Disturbance::usual().on(robot),
+            Self::NoLocaliser => Disturbance::without_localiser().on(robot),
         }
     }
 }
@@ -129,7 +134,7 @@ impl Disturbance {
         Self {
             range_noise_m: [0.0; 2],
             dropout: [0.0; 2],
-            latency_steps: [0; 2],
+            latency_s: [0.0; 2],
             actuation_lag_s: [0.0; 2],
             velocity_gain: [1.0; 2],
             odometry_drift: [0.0; 2],
@@ -150,7 +155,7 @@ impl Disturbance {
         Self {
             range_noise_m: [0.01, 0.03],
             dropout: [0.0, 0.1],
-            latency_steps: [0, 2],
+            latency_s: [0.0, 0.2],
             actuation_lag_s: [0.0, 0.15],
             velocity_gain: [0.9, 1.1],
             odometry_drift: [0.0, 0.02],
@@ -163,6 +168,12 @@ impl Disturbance {
     /// What published figures are measured with: as in training, and never clean.
     pub const fn usual() -> Self {
         Self { clean_share: 0.0, ..Self::trained() }
+    }
+
+    /// With latency and lag as they are to be expected of a robot.
+    pub fn on(self, robot: &Robot) -> Self {
+        let Robot { latency_s, .. } = *robot;
+        Self { latency_s: [0.0, latency_s], actuation_lag_s: [0.0, LAG_SHARE * latency_s], ..self }
     }
 
     /// A stress: as [`Self::usual`], but nothing corrects the odometry's drift.
@@ -178,14 +189,10 @@ impl Disturbance {
         let within = |range: [f32; 2], low: f32, high: f32| {
             range[0] >= low && range[0] <= range[1] && range[1] <= high
         };
-        let latency = self.latency_steps;
         let checks = [
             (within(self.range_noise_m, 0.0, 1.0), "range_noise_m must be [low, high] within [0, 1]"),
             (within(self.dropout, 0.0, 1.0), "dropout must be [low, high] within [0, 1]"),
-            (
-                latency[0] <= latency[1] && latency[1] <= LATENCY_MAX_STEPS,
-                "latency_steps must be [low, high] within [0, 8]",
-            ),
+            (within(self.latency_s, 0.0, LATENCY_MAX_S), "latency_s must be [low, high] within [0, 2]"),
             (within(self.actuation_lag_s, 0.0, 5.0), "actuation_lag_s must be [low, high] within [0, 5]"),
             (within(self.velocity_gain, 0.1, 2.0), "velocity_gain must be [low, high] within [0.1, 2]"),
             (within(self.odometry_drift, 0.0, 0.5), "odometry_drift must be [low, high] within [0, 0.5]"),
@@ -212,10 +219,11 @@ impl Disturbance {
         }
     }
 
-    /// Draws an episode. The number of draws does not depend on the ranges.
-    pub fn draw(&self, rng: &mut impl Rng) -> DrawnDisturbance {
+    /// Draws an episode at a control period. The number of draws does not depend on the ranges.
+    pub fn draw(&self, period_s: f32, rng: &mut impl Rng) -> DrawnDisturbance {
         let mut uniform = |[low, high]: [f32; 2]| low + (high - low) * rng.random::<f32>();
-        let latency = self.latency_steps.map(|steps| steps.min(LATENCY_MAX_STEPS));
+        let latency =
+            self.latency_s.map(|latency_s| ((latency_s / period_s).round() as u32).min(LATENCY_MAX_STEPS));
         let latency_share = uniform([0.0, 1.0]);
         let choices = latency[1].saturating_sub(latency[0]) + 1;
         let drift = uniform(self.odometry_drift);
@@ -274,7 +282,7 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         let mut latencies = [0_u32; 3];
         for _ in 0..1000 {
-            let drawn = Disturbance::usual().draw(&mut rng);
+            let drawn = Disturbance::usual().draw(0.1, &mut rng);
             assert!((0.01..=0.03).contains(&drawn.range_noise_m));
             assert!((0.0..=0.1).contains(&drawn.dropout));
             assert!((0.9..=1.1).contains(&drawn.velocity_gain) && (0.9..=1.1).contains(&drawn.radius_scale));
@@ -286,9 +294,21 @@ mod tests {
     }
 
     #[test]
+    fn the_latency_is_a_time_whatever_the_rate_and_the_robot_says_which() {
+        assert_eq!(Disturbance::usual().on(&Robot::default()), Disturbance::usual());
+        let robot = Robot { latency_s: 0.4, ..Robot::default() };
+        let late = Disturbance::usual().on(&robot);
+        for (period_s, most) in [(0.2, 2), (0.1, 4), (0.05, 8), (0.02, 20), (0.005, LATENCY_MAX_STEPS)] {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+            let draws = (0..500).map(|_| late.draw(period_s, &mut rng).latency_steps);
+            assert_eq!(draws.max(), Some(most), "{period_s}");
+        }
+    }
+
+    #[test]
     fn a_share_of_the_episodes_is_clean_in_everything() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
-        let draws: Vec<_> = (0..2000).map(|_| Disturbance::trained().draw(&mut rng)).collect();
+        let draws: Vec<_> = (0..2000).map(|_| Disturbance::trained().draw(0.1, &mut rng)).collect();
         let clean = draws.iter().filter(|drawn| **drawn == DrawnDisturbance::none()).count();
         assert!((300..500).contains(&clean), "{clean} of 2000, a fifth was asked for");
         assert!(draws.iter().all(|drawn| (drawn.dropout > 0.0) == drawn.localiser.exists()));

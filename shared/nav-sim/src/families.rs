@@ -16,10 +16,15 @@
 //! | `corridor` | two halls and a corridor of 2.4-3.4 m, 4-7 groups coming towards each other | people; held out |
 //! | `doorway` | two rooms and one door of 1.3-1.8 m, 3-6 groups coming through, some stopping in it | people; held out |
 //!
-//! A world is a pure function of family, split and seed. The splits draw from disjoint generator states, and
+//! All lengths are those of the reference robot ([`nav_core::scale`]): another robot gets the same world in its own size, so
+//! that a door is as wide for a large robot as for a small one. People stay as large and as fast as they are; so that they
+//! have room, worlds with people are not made smaller for a smaller robot.
+//!
+//! A world is a pure function of family, split, seed and the robot's size. The splits draw from disjoint generator states, and
 //! the people of the test split may walk faster and be larger than any in training. In `corridor` and `doorway` people
 //! are in every split as they are measured (`pedestrians.rs`): mostly faster than the robot, and in groups.
 
+mod generate;
 mod dice;
 mod scene;
 mod people;
@@ -33,23 +38,21 @@ mod tight;
 mod pedestrians;
 mod corridor;
 
-use crate::geodesic::GeodesicField;
+pub use generate::{generate, generate_with_field, simulation_seed};
+
 use crate::world::World;
 use dice::Dice;
-use nav_core::geometry::Point;
-use nav_core::task::Task;
-use scene::{GOAL_CLEARANCE_M, Scene, set_ends};
+use nav_core::scale::{REFERENCE_RADIUS_M, Scale};
+use nav_core::task::{EPISODE_S, Robot, Task};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// Every generated world has a path for a footprint of this radius and [`crate::geodesic::PATH_MARGIN_M`], m.
-pub const DESIGN_RADIUS_M: f32 = 0.2;
-/// The longest shortest path of a generated world, m: half of what an episode of 50 s at 1 m/s allows.
+/// Every generated world has a path for a footprint of this radius and [`crate::geodesic::PATH_MARGIN_M`], m of the
+/// reference robot.
+pub const DESIGN_RADIUS_M: f32 = REFERENCE_RADIUS_M;
+/// The longest shortest path of a generated world, m of the reference robot: half of what it can drive in an episode.
 pub const PATH_MAX_M: f32 = 26.0;
-
-/// How many starts are tried in one world.
-const STARTS: usize = 30;
 
 /// A generator of worlds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -142,12 +145,22 @@ impl Family {
         matches!(self, Self::Crowd | Self::Stream | Self::Corridor | Self::Doorway)
     }
 
-    /// Steps of 0.1 s that an episode needs: 500, and more where the way must first be found.
-    pub const fn episode_steps(self) -> u32 {
-        match self {
-            Self::DeepU | Self::Maze | Self::MazeTight => 800,
-            _ => 500,
-        }
+    /// How long an episode takes at most, s: distance over speed, with a factor of 1.9 over the longest way
+    /// ([`PATH_MAX_M`]), and of 3.1 where the way must first be found.
+    pub fn episode_s(self, robot: &Robot) -> f32 {
+        let reference_s = match self {
+            Self::DeepU | Self::Maze | Self::MazeTight => 80.0,
+            _ => EPISODE_S,
+        };
+        let scale = Scale::of(robot);
+        // A world that is larger than the robot's own size takes longer.
+        scale.s(reference_s) * (self.world_length(robot.radius_m) / scale.length)
+    }
+
+    /// The factor by which its worlds are larger than those of the reference robot.
+    pub fn world_length(self, robot_radius_m: f32) -> f32 {
+        let length = robot_radius_m / REFERENCE_RADIUS_M;
+        if self.has_people() { length.max(1.0) } else { length }
     }
 
     /// The least ratio of shortest path to straight line: a maze in which both ends see each other tests nothing.
@@ -243,64 +256,10 @@ impl FromStr for Split {
     }
 }
 
-/// A task whose episodes last at least `steps` steps of 0.1 s, for worlds that need longer than the task's own.
+/// A task whose episodes last at least `least_s`, for worlds that need longer than the task's own.
 /// Everything that drives episodes asks this, so that the same world lasts equally long everywhere.
-pub fn lasting(task: &Task, steps: u32) -> Task {
-    let needed = (steps as f32 * 0.1 / task.control_period_s).round() as u32;
-    Task { episode_steps: task.episode_steps.max(needed), ..*task }
-}
-
-/// The world of a family, split and seed. The same arguments always give the same world.
-pub fn generate(family: Family, split: Split, seed: u64) -> World {
-    generate_with_field(family, split, seed).0
-}
-
-/// The seed of the simulation in the world of a family, split and seed: what the robot's disturbances and its people
-/// draw from. It differs between families and splits, so that what validation draws is not what the test draws.
-pub fn simulation_seed(family: Family, split: Split, seed: u64) -> u64 {
-    // No world takes so many attempts, so that no world is drawn from these numbers.
-    Dice::new([family as u64, split as u64, seed, u64::MAX]).seed()
-}
-
-/// Like [`generate`], with the distance field that the path check has computed, for [`DESIGN_RADIUS_M`].
-pub fn generate_with_field(family: Family, split: Split, seed: u64) -> (World, GeodesicField) {
-    (0..)
-        .find_map(|attempt| {
-            let mut dice = Dice::new([family as u64, split as u64, seed, attempt]);
-            let mut world = family.draft(&mut dice, split)?;
-            world.name = format!("{family}/{split}/{seed}");
-            let field = checked(family, &mut dice, &mut world)?;
-            Some((world, field))
-        })
-        .expect("the attempts never end")
-}
-
-/// The field of a world whose start and goal are free and joined by a path of reasonable length. Where only the
-/// length is wrong, other starts are tried.
-fn checked(family: Family, dice: &mut Dice, world: &mut World) -> Option<GeodesicField> {
-    let scene = Scene::of(world);
-    let goal_m = scene.clearance_m(world.goal);
-    if goal_m < GOAL_CLEARANCE_M || scene.clearance_m(world.start.position()) < GOAL_CLEARANCE_M {
-        return None;
-    }
-    let field = GeodesicField::with_clearance(world, world.goal, goal_m, DESIGN_RADIUS_M);
-    let is_fine = |start: Point| {
-        let straight_m = (world.goal - start).norm();
-        field
-            .distance_m(start)
-            .is_some_and(|path_m| path_m <= PATH_MAX_M && path_m >= family.detour_min() * straight_m)
-    };
-    if is_fine(world.start.position()) {
-        return Some(field);
-    }
-    let apart_m = family.free_start_m()?;
-    let start = (0..STARTS).find_map(|_| {
-        let start = scene.free_point(dice, world.bounds.min, world.bounds.max)?;
-        ((world.goal - start).norm() >= apart_m && is_fine(start)).then_some(start)
-    })?;
-    let goal = world.goal;
-    set_ends(dice, world, start, goal);
-    Some(field)
+pub fn lasting(task: &Task, least_s: f32) -> Task {
+    Task { episode_s: task.episode_s.max(least_s), ..*task }
 }
 
 #[cfg(test)]

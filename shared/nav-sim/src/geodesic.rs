@@ -1,6 +1,6 @@
 //! Shortest distances to a goal round the static obstacles: path check, reward shaping, SPL, reference planners.
 //!
-//! The obstacles, inflated by the footprint and [`PATH_MARGIN_M`], are drawn onto a grid of about 0.1 m. The
+//! The obstacles, inflated by the footprint and [`PATH_MARGIN_M`], are drawn onto a grid of half its radius. The
 //! eikonal equation |∇d| = 1 is then solved on the free cells (Sethian 1996), so that distances are those of
 //! any-angle paths, not of staircases. They come out up to 3 % too long in open space and 4 % round corners;
 //! a path from [`GeodesicField::path`] is within 2 % of the shortest, and its length is what to score against.
@@ -13,11 +13,13 @@ mod march;
 use crate::obstacles::Obstacles;
 use crate::world::World;
 use nav_core::geometry::Point;
+use nav_core::scale::REFERENCE_RADIUS_M;
 use raster::{Class, Raster};
 
-/// Kept between a footprint and every static obstacle on a path, m.
+/// Kept between a footprint and every static obstacle on a path, m of the reference robot ([`nav_core::scale`]).
 pub const PATH_MARGIN_M: f32 = 0.05;
-/// Cells round the goal within this distance (and nothing in between) get their exact distance, m.
+/// Cells round the goal within this distance (and nothing in between) get their exact distance, m of the reference
+/// robot.
 const EXACT_MAX_M: f32 = 1.5;
 /// How often a path is straightened before the last time; even, because each turns it round.
 const STRAIGHTENINGS: usize = 4;
@@ -43,14 +45,16 @@ impl GeodesicField {
 
     /// The field of any goal in a world.
     pub fn towards(world: &World, goal: Point, robot_radius_m: f32) -> Self {
-        let clearance_m = Obstacles::new(world).distance_m(goal, EXACT_MAX_M);
+        let exact_max_m = EXACT_MAX_M * (robot_radius_m / REFERENCE_RADIUS_M);
+        let clearance_m = Obstacles::new(world).distance_m(goal, exact_max_m);
         Self::with_clearance(world, goal, clearance_m, robot_radius_m)
     }
 
     /// The field of a goal whose distance to the nearest obstacle is known.
     pub(crate) fn with_clearance(world: &World, goal: Point, clearance_m: f32, robot_radius_m: f32) -> Self {
-        let raster = Raster::new(world, robot_radius_m, PATH_MARGIN_M);
-        let exact_m = clearance_m.clamp(0.0, EXACT_MAX_M);
+        let length = robot_radius_m / REFERENCE_RADIUS_M;
+        let raster = Raster::new(world, robot_radius_m, PATH_MARGIN_M * length);
+        let exact_m = clearance_m.clamp(0.0, EXACT_MAX_M * length);
         let seeds = raster
             .cells_near(goal, exact_m)
             .filter(|&(cell, _)| raster.class(cell) == Class::Free)

@@ -6,7 +6,7 @@
 //! | 2 | the command enters the latency queue; the one that leaves it becomes the base's target |
 //! | 3 | base and people move in substeps; each is checked for collision, then for the goal |
 //!
-//! Start: the world's start pose, at rest. End: reached or collided (terminated), or `episode_steps` are over
+//! Start: the world's start pose, at rest. End: reached or collided (terminated), or `episode_s` is over
 //! (truncated). Nothing here reads a clock; the same world, task, disturbance, seed and commands give the
 //! same bits. People and sensor noise draw from separate streams, so noise never changes what people do.
 
@@ -30,9 +30,9 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
-/// Below this speed a robot that is hit counts as standing, m/s.
+/// Below this speed a robot that is hit counts as standing, m/s of the reference robot ([`nav_core::scale`]).
 pub const STANDING_MPS: f32 = 0.05;
-/// [`Simulation::clearance_m`] looks this far, m.
+/// [`Simulation::clearance_m`] looks this far, m of the reference robot.
 pub const CLEARANCE_MAX_M: f32 = 10.0;
 
 /// Separates the random streams of one seed.
@@ -62,7 +62,7 @@ pub struct Simulation {
 impl Simulation {
     /// A simulation at its reset state.
     pub fn new(world: Arc<World>, task: &Task, disturbance: &Disturbance, seed: u64) -> Self {
-        let drawn = disturbance.draw(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
+        let drawn = disturbance.draw(task.control_period_s, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
         let mut simulation = Self {
             obstacles: Obstacles::new(&world),
             lidar: Lidar::new(&task.lidar),
@@ -93,14 +93,15 @@ impl Simulation {
         self.begin(seed);
     }
 
-    /// Sets how many steps an episode may last, from this one on.
-    pub fn set_episode_steps(&mut self, episode_steps: u32) {
-        self.task.episode_steps = episode_steps;
+    /// Sets how long an episode may last, s, from this one on.
+    pub fn set_episode_s(&mut self, episode_s: f32) {
+        self.task.episode_s = episode_s;
     }
 
     fn begin(&mut self, seed: u64) {
         self.seed = seed;
-        self.drawn = self.disturbance.draw(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        self.drawn = self.disturbance.draw(self.task.control_period_s, &mut rng);
         self.base = Base::new(&self.task, &self.drawn, self.world.start);
         self.odometer = Odometer::new(&self.drawn, self.world.start);
         self.localisation = Localisation::new(&self.drawn.localiser, seed ^ LOCALISER_STREAM);
@@ -134,8 +135,9 @@ impl Simulation {
         self.steps += 1;
         self.localisation.advance(self.time_s(), self.base.pose(), self.odometer.pose());
         if self.outcome == Outcome::Collided {
-            self.hit_while_standing = self.base.velocity().linear_mps.abs() < STANDING_MPS;
-        } else if self.outcome == Outcome::Running && self.steps >= self.task.episode_steps {
+            self.hit_while_standing =
+                self.base.velocity().linear_mps.abs() < self.task.scale().mps(STANDING_MPS);
+        } else if self.outcome == Outcome::Running && self.steps >= self.task.episode_steps() {
             self.outcome = Outcome::TimedOut;
         }
         self.outcome
@@ -219,7 +221,7 @@ impl Simulation {
 
     /// Steps until the episode is truncated.
     pub fn steps_left(&self) -> u32 {
-        self.task.episode_steps.saturating_sub(self.steps)
+        self.task.episode_steps().saturating_sub(self.steps)
     }
 
     /// Simulated time since reset, s.
@@ -253,14 +255,15 @@ impl Simulation {
     }
 
     /// From the footprint's edge to the nearest static obstacle or person, m; negative in a collision, and
-    /// never more than [`CLEARANCE_MAX_M`].
+    /// never more than [`CLEARANCE_MAX_M`] (scaled).
     pub fn clearance_m(&self) -> f32 {
         let position = self.base.pose().position();
         let radius_m = self.robot_radius_m();
+        let most_m = self.task.scale().m(CLEARANCE_MAX_M);
         let people = self.crowd.people().iter();
         let nearest_m = people
             .map(|person| (person.position - position).norm() - person.radius_m)
-            .fold(self.obstacles.distance_m(position, CLEARANCE_MAX_M + radius_m), f32::min);
+            .fold(self.obstacles.distance_m(position, most_m + radius_m), f32::min);
         nearest_m - radius_m
     }
 

@@ -145,6 +145,25 @@ pub struct World {
     pub goal: Point,
 }
 
+impl World {
+    /// Lays everything out by a factor larger. People walk farther, but stay as large and as fast as they are, and as near
+    /// to each other where they walk together.
+    pub(crate) fn grow(&mut self, factor: f32) {
+        let points = [&mut self.bounds.min, &mut self.bounds.max, &mut self.goal].into_iter();
+        let points = points
+            .chain(self.discs.iter_mut().map(|disc| &mut disc.center))
+            .chain(self.segments.iter_mut().flat_map(|segment| [&mut segment.a, &mut segment.b]))
+            .chain(self.polygons.iter_mut().flat_map(|polygon| &mut polygon.vertices));
+        points.for_each(|point| *point *= factor);
+        self.discs.iter_mut().for_each(|disc| disc.radius_m *= factor);
+        for person in &mut self.people {
+            person.start *= factor;
+            person.waypoints.iter_mut().for_each(|point| *point *= factor);
+        }
+        (self.start.x_m, self.start.y_m) = (self.start.x_m * factor, self.start.y_m * factor);
+    }
+}
+
 impl Bounds {
     /// Whether a point lies inside or on the edge.
     pub fn contains(&self, point: Point) -> bool {

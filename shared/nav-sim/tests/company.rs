@@ -11,7 +11,7 @@ use nav_sim::world::{Beside, Person, Polygon, Stop, WalkModel, Whom, World};
 use std::sync::Arc;
 
 fn simulation(world: World, seed: u64) -> Simulation {
-    let task = Task { episode_steps: 5000, ..Task::default() };
+    let task = Task { episode_s: 500.0, ..Task::default() };
     Simulation::new(Arc::new(world), &task, &Disturbance::none(), seed)
 }
 

@@ -61,8 +61,8 @@ fn noise_and_dropout_are_as_strong_as_asked() {
 
 #[test]
 fn latency_delays_commands_by_whole_steps() {
-    for latency in 0..=8 {
-        let disturbance = Disturbance { latency_steps: [latency; 2], ..Disturbance::none() };
+    for latency in 0..=8_u8 {
+        let disturbance = Disturbance { latency_s: [0.1 * f32::from(latency); 2], ..Disturbance::none() };
         let mut simulation = simulation(common::room(20.0), &disturbance, 0);
         let mut steps = 0;
         while simulation.velocity().linear_mps <= 0.0 {

@@ -17,7 +17,7 @@ fn world(people: Vec<Person>) -> World {
 }
 
 fn simulation(world: World, seed: u64) -> Simulation {
-    let task = Task { episode_steps: 2000, ..Task::default() };
+    let task = Task { episode_s: 200.0, ..Task::default() };
     Simulation::new(Arc::new(world), &task, &Disturbance::none(), seed)
 }
 

@@ -3,7 +3,8 @@
 use anyhow::{Result, bail, ensure};
 use nav_core::network::MAX_LAYERS;
 use nav_core::observation::{HIGH_OBSERVATION, LOW_ACTION, LOW_OBSERVATION};
-use nav_sim::families::{DESIGN_RADIUS_M, Family};
+use nav_core::task::Task;
+use nav_sim::families::Family;
 
 use super::{Config, HighConfig, LowConfig, bounds};
 use crate::dqn::Decision;
@@ -32,11 +33,7 @@ impl Config {
         replay("low.replay_capacity", self.low.replay_capacity, LOW_ROW)?;
         replay("high.replay_capacity", self.high.replay_capacity, HIGH_ROW)?;
         bounds::check(&toml, "")?;
-        ensure!(
-            self.task.robot.radius_m <= DESIGN_RADIUS_M + 1e-6,
-            "task.robot.radius_m must be {DESIGN_RADIUS_M} at most: the scene families have ways for such a robot"
-        );
-        self.low.validate(self.task.episode_steps)?;
+        self.low.validate(&self.task)?;
         self.high.validate()?;
         ensure!(
             self.high.deviation_margins.is_empty() || self.task.decision.deviation_margin.abs() <= 0.0,
@@ -48,7 +45,7 @@ impl Config {
 }
 
 impl LowConfig {
-    fn validate(&self, episode_steps: u32) -> Result<()> {
+    fn validate(&self, task: &Task) -> Result<()> {
         families("low", &self.families)?;
         ensure!(
             self.warmup_steps >= self.envs as u64 && self.warmup_steps < self.env_steps,
@@ -56,8 +53,8 @@ impl LowConfig {
         );
         ensure!(self.replay_capacity >= self.batch, "low.replay_capacity must be at least low.batch");
         ensure!(
-            (1..=episode_steps).contains(&self.subgoal_steps),
-            "low.subgoal_steps must lie between 1 and task.episode_steps"
+            (task.control_period_s..=task.episode_s).contains(&self.subgoal_s),
+            "low.subgoal_s must lie between task.control_period_s and task.episode_s"
         );
         let [least_m, most_m] = self.subgoal_m;
         ensure!(

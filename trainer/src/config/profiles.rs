@@ -19,15 +19,20 @@ impl Default for Config {
 impl Config {
     /// The defaults of a profile.
     pub fn of_profile(profile: Profile) -> Self {
+        Self::of(profile, Task::default())
+    }
+
+    /// The defaults of a profile for a task.
+    pub fn of(profile: Profile, task: Task) -> Self {
         let mut config = Self {
             profile,
             algorithm: Algorithm::Hybrid,
             seed: 1,
             worlds_per_family: 300,
-            task: Task::default(),
-            disturbance: Disturbance::trained(),
-            low: LowConfig::default(),
-            high: HighConfig::default(),
+            task,
+            disturbance: Disturbance::trained().on(&task.robot),
+            low: LowConfig::of(&task),
+            high: HighConfig::of(&task),
             gate: GateConfig::default(),
         };
         if profile == Profile::Full {
@@ -47,6 +52,20 @@ impl Config {
 
 impl Default for LowConfig {
     fn default() -> Self {
+        Self::of(&Task::default())
+    }
+}
+
+/// The discount of a tick, from that of a step of the reference robot.
+fn discount_of_tick(task: &Task, discount: f32) -> f32 {
+    let share = task.step_share();
+    if (share - 1.0).abs() < 1e-6 { discount } else { discount.powf(share) }
+}
+
+impl LowConfig {
+    /// What suits a task.
+    fn of(task: &Task) -> Self {
+        let scale = task.scale();
         Self {
             families: vec![
                 Family::Clutter,
@@ -63,16 +82,16 @@ impl Default for LowConfig {
             env_steps_per_update: 6,
             batch: 256,
             replay_capacity: 400_000,
-            discount: 0.98,
-            n_step: 3,
+            discount: discount_of_tick(task, 0.98),
+            n_step: task.ticks(3.0 * scale.step_s()) as usize,
             mirror: true,
             noise: [0.05, 0.5],
             goal_share: 0.3,
-            subgoal_m: [0.7, 3.0],
-            subgoal_steps: 80,
+            subgoal_m: [0.7, 3.0].map(|m| scale.m(m)),
+            subgoal_s: scale.s(8.0),
             final_learning_rate_share: 0.1,
             reward: RewardProfile::Decomposed,
-            decomposed: decomposed::LowWeights::default(),
+            decomposed: decomposed::LowWeights::of(task),
             paper: paper::LowWeights::default(),
             collapse: CollapseConfig::default(),
             td3: Td3Config {
@@ -95,6 +114,13 @@ impl Default for CollapseConfig {
 
 impl Default for HighConfig {
     fn default() -> Self {
+        Self::of(&Task::default())
+    }
+}
+
+impl HighConfig {
+    /// What suits a task.
+    fn of(task: &Task) -> Self {
         Self {
             families: vec![
                 Family::Clutter,
@@ -111,7 +137,7 @@ impl Default for HighConfig {
             decisions_per_update: 3,
             batch: 128,
             replay_capacity: 150_000,
-            discount: 0.995,
+            discount: discount_of_tick(task, 0.995),
             n_step: 3,
             mirror: true,
             epsilon: [1.0, 0.05],
@@ -119,7 +145,7 @@ impl Default for HighConfig {
             random_goal_share: 0.25,
             final_learning_rate: 1.5e-4,
             reward: RewardProfile::Decomposed,
-            decomposed: decomposed::HighWeights::default(),
+            decomposed: decomposed::HighWeights::of(task),
             paper: paper::HighWeights::default(),
             deviation_margins: vec![0.0, 0.1, 0.25, 0.5],
             dqn: DqnConfig { hidden: vec![64, 64], ..DqnConfig::default() },

@@ -1,6 +1,7 @@
 //! From a TOML file to a checked configuration, and back.
 
 use anyhow::{Context, Result, bail};
+use nav_core::task::Task;
 use std::path::Path;
 
 use super::{Config, Profile};
@@ -36,7 +37,8 @@ impl Config {
             None => default_profile,
             Some(value) => value.clone().try_into().context("`profile` must be \"quick\" or \"full\"")?,
         };
-        let mut merged = toml::Table::try_from(Self::of_profile(profile)).context("cannot be merged")?;
+        let task = driven(&overrides)?;
+        let mut merged = toml::Table::try_from(Self::of(profile, task)).context("cannot be merged")?;
         merge(&mut merged, overrides, "")?;
         merged.try_into().context("has a value of the wrong kind")
     }
@@ -45,6 +47,18 @@ impl Config {
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a configuration is plain numbers, texts and lists")
     }
+}
+
+/// The task that the other defaults follow from: its robot and its control period, where they are said.
+fn driven(overrides: &toml::Table) -> Result<Task> {
+    let Some(said) = overrides.get("task").and_then(toml::Value::as_table) else {
+        return Ok(Task::default());
+    };
+    let mut base = toml::Table::try_from(Task::default()).context("cannot be merged")?;
+    let named = said.iter().filter(|(key, _)| ["robot", "control_period_s"].contains(&key.as_str()));
+    merge(&mut base, named.map(|(key, value)| (key.clone(), value.clone())).collect(), "task")?;
+    let Task { robot, control_period_s, .. } = base.try_into().context("has a value of the wrong kind")?;
+    Ok(Task { control_period_s, ..Task::of(robot) })
 }
 
 /// Lays `overrides` over `base`, refusing keys that `base` does not have.
@@ -109,6 +123,33 @@ mod tests {
         Config::parse(kept, Profile::Quick).expect("then it is the margin");
         assert!(message("seed = 'one'").contains("wrong kind"));
         assert!(message("seed = ").contains("TOML"));
+    }
+
+    #[test]
+    fn defaults_follow_from_the_robot_and_what_is_said_stays() {
+        let text = "[task]\ncontrol_period_s = 0.05\n[task.robot]\nradius_m = 0.4\nlinear_max_mps = 1.0\n\
+                    [task.decision]\nhold_s = 3.0\n[low]\ndiscount = 0.9";
+        let config = Config::parse(text, Profile::Quick).expect("valid");
+        let (task, low) = (&config.task, &config.low);
+        // Twice as large and as fast: everything takes twice as long, and a step is four ticks.
+        let lengths_m = [
+            task.goal_radius_m,
+            task.decision.subgoal_distance_m,
+            low.subgoal_m[1],
+            low.decomposed.proximity_m,
+        ];
+        assert_eq!(lengths_m.map(f32::to_bits), [0.6, 4.0, 6.0, 0.5_f32].map(f32::to_bits));
+        let times_s = [task.episode_s, task.decision.hold_s, task.decision.horizon_s, low.subgoal_s];
+        assert_eq!(times_s.map(f32::to_bits), [100.0, 3.0, 100.0, 16.0_f32].map(f32::to_bits));
+        assert_eq!((low.n_step, low.decomposed.progress, low.decomposed.time), (12, 1.25, 0.005));
+        assert!((config.high.discount.powi(4) - 0.995).abs() < 1e-6 && (low.discount - 0.9).abs() < 1e-6);
+        assert_eq!(
+            (config.low.warmup_steps, config.high.decomposed.reached),
+            (5_000, 10.0),
+            "counts and shares stay"
+        );
+        let twice = Config::parse(&config.to_toml(), Profile::Quick).expect("valid");
+        assert_eq!(twice, config);
     }
 
     #[test]

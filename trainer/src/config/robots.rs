@@ -20,7 +20,7 @@ impl LowConfig {
         LowRobotConfig {
             goal_share: self.goal_share,
             subgoal_m: self.subgoal_m,
-            subgoal_steps: self.subgoal_steps,
+            subgoal_s: self.subgoal_s,
             discount: self.discount,
             n_step: self.n_step,
             reward: self.paid(),

@@ -92,7 +92,7 @@ pub(super) struct Fleets(Mutex<Vec<Fleet>>);
 
 impl Fleets {
     pub(super) fn new(plan: &Plan, threads: usize) -> Result<Self> {
-        let disturbance = plan.disturbance.disturbance();
+        let disturbance = plan.disturbance.disturbance(&plan.task.robot);
         let fleet = || -> Result<Fleet> {
             let robot = || {
                 SimulatedRobot::new(&plan.task, &disturbance).with_limits(plan.limits).with_lidar(plan.lidar)

@@ -202,7 +202,7 @@ impl Plan {
             scenes: &self.scenes,
             task: &self.task,
             disturbance: self.disturbance,
-            disturbance_ranges: self.disturbance.disturbance(),
+            disturbance_ranges: self.disturbance.disturbance(&self.task.robot),
             limits: self.limits,
             lidar: self.lidar,
             shield: self.shield,
@@ -241,7 +241,7 @@ fn shared_task(policies: &[NamedPolicy], limits: &Limits) -> Result<Task> {
     let world = |of: Task| Task {
         decision: task.decision,
         shield: task.shield,
-        episode_steps: if limits.time_limit_s.is_some() { 0 } else { of.episode_steps },
+        episode_s: limits.time_limit_s.unwrap_or(of.episode_s),
         goal_radius_m: limits.goal_radius_m.unwrap_or(of.goal_radius_m),
         ..of
     };

@@ -1,9 +1,9 @@
 //! Where policies drive: generated worlds, world files, or both, in a fixed order.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use nav_env::worlds::{Place, Scene};
 use nav_host::sha256::sha256_hex;
-use nav_sim::families::{DESIGN_RADIUS_M, Family, Split};
+use nav_sim::families::{Family, Split};
 use nav_sim::world::World;
 use nav_sim::world_file;
 use serde::Serialize;
@@ -52,7 +52,7 @@ impl Scenes {
     /// Worlds for a robot of a radius (m): `worlds` of each family, then every file of the folder.
     ///
     /// # Errors
-    /// A robot too large for the families, or a file that is no world for it.
+    /// A file that is no world for it.
     pub fn read(
         families: &[Family],
         split: Split,
@@ -60,11 +60,6 @@ impl Scenes {
         folder: Option<&Path>,
         robot_radius_m: f32,
     ) -> Result<Self> {
-        ensure!(
-            families.is_empty() || robot_radius_m <= DESIGN_RADIUS_M + 1e-6,
-            "the scene families have ways for a robot of radius {DESIGN_RADIUS_M} m at most, and the policy has one \
-             of {robot_radius_m} m: drive it in --world-files"
-        );
         let mut files = Vec::new();
         for (path, world) in folder
             .map(|folder| world_file::read_folder(folder, robot_radius_m))

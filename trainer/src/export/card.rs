@@ -1,6 +1,7 @@
 //! The model card: what a model is, for people.
 
 use anyhow::Result;
+use nav_core::task::Task;
 use nav_host::sha256::sha256_hex;
 use std::fmt::Write as _;
 
@@ -79,9 +80,10 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
     Ok(text)
 }
 
-/// Whether a configuration is that of its profile, but for the seed and what `--algorithm` sets.
+/// Whether a configuration is that of its profile for its robot and lidar, but for the seed and what `--algorithm` sets.
 fn is_plain(config: &Config) -> bool {
-    let mut plain = Config::of_profile(config.profile);
+    let Task { robot, lidar, control_period_s, .. } = config.task;
+    let mut plain = Config::of(config.profile, Task { lidar, control_period_s, ..Task::of(robot) });
     (plain.seed, plain.algorithm, plain.low.goal_share) =
         (config.seed, config.algorithm, config.low.goal_share);
     *config == plain

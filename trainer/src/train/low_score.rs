@@ -91,7 +91,7 @@ fn score_family(config: &Config, family: Family, network: &mut ActingNetwork) ->
         // Each robot makes equally many, so that long attempts count as much as short ones.
         let mut left = ATTEMPTS / ROBOTS as usize;
         // Far more steps than they take: where no subgoal can be found, the score says so by too few attempts.
-        for _ in 0..10 * left * config.low.subgoal_steps as usize {
+        for _ in 0..10 * left * config.task.ticks(config.low.subgoal_s) as usize {
             if left == 0 {
                 break;
             }

@@ -1,16 +1,21 @@
 //! The high level's side of acting: when a decision is due, what it is asked, and what carrying it out means.
 
+use super::Navigator;
 use super::standing::{MOVED_M, TURNED_RAD};
-use super::{Navigator, STUCK_STEPS};
 use crate::geometry::{Point, wrap_angle};
 use crate::observation::{Direction, Globals, HIGH_OBSERVATION, encode_high};
 use crate::subgoal::{ActionMask, CORRIDOR_CLEARANCE_M, Candidates, direction_angle_rad};
 use crate::task::{ACTION_GOAL, ACTION_WAIT, DIRECTION_COUNT, Memory};
 
-/// A WAIT lasts this long, steps.
-const WAIT_STEPS: u32 = 5;
-/// No decision ends earlier than this for a blocked corridor or a threatening person, steps.
-const HOLD_MIN_STEPS: u32 = 4;
+/// A WAIT lasts this long, s of the reference robot ([`crate::scale`]).
+const WAIT_S: f32 = 0.5;
+/// No decision ends earlier than this for a blocked corridor or a threatening person, s of the reference robot.
+const HOLD_MIN_S: f32 = 0.4;
+/// No decision ends earlier than this because the robot is stuck, s of the reference robot: what it did before must not
+/// count.
+const HOLD_STUCK_S: f32 = 1.0;
+/// Visits are looked for in each direction at these distances, m of the reference robot.
+const VISITS_M: [f32; 2] = [1.0, 2.5];
 
 /// Why a new decision is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,8 +42,8 @@ pub struct ActiveDecision {
     pub action: usize,
     /// Where to drive, `odom` frame; for WAIT the place where it was chosen.
     pub subgoal: Point,
-    /// Steps since it was chosen.
-    pub held_steps: u32,
+    /// Ticks since it was chosen.
+    pub held_ticks: u32,
 }
 
 impl Navigator {
@@ -51,10 +56,11 @@ impl Navigator {
     pub fn decision_due(&self) -> Option<DecisionReason> {
         let Some(decision) = &self.decision else { return Some(DecisionReason::Start) };
         let limits = &self.task.decision;
+        let has_held = |time_s: f32| decision.held_ticks >= self.task.ticks(time_s);
         if decision.action == ACTION_WAIT {
-            return (decision.held_steps >= WAIT_STEPS).then_some(DecisionReason::Expired);
+            return has_held(self.scale.s(WAIT_S)).then_some(DecisionReason::Expired);
         }
-        if decision.held_steps >= limits.hold_steps {
+        if has_held(limits.hold_s) {
             return Some(DecisionReason::Expired);
         }
         let to_subgoal = decision.subgoal - self.pose.position();
@@ -62,10 +68,10 @@ impl Navigator {
         if decision.action != ACTION_GOAL && rest_m < limits.subgoal_reached_m {
             return Some(DecisionReason::Reached);
         }
-        if decision.held_steps < HOLD_MIN_STEPS {
+        if !has_held(self.scale.s(HOLD_MIN_S)) {
             return None;
         }
-        if decision.held_steps as usize >= STUCK_STEPS && self.is_stuck() {
+        if has_held(self.scale.s(HOLD_STUCK_S)) && self.is_stuck() {
             return Some(DecisionReason::Stuck);
         }
         if decision.action != ACTION_GOAL && self.is_blocked(decision.subgoal, rest_m) {
@@ -79,10 +85,10 @@ impl Navigator {
         (contact_s < limits.time_to_collision_s).then_some(DecisionReason::Threat)
     }
 
-    /// Whether the robot is about where, and headed about as, it was [`STUCK_STEPS`] steps ago.
+    /// Whether the robot is about where, and headed about as, it was [a while](super::STUCK_S) ago.
     fn is_stuck(&self) -> bool {
-        let oldest = self.trail[(self.steps as usize + 1) % STUCK_STEPS];
-        (self.pose.position() - oldest.position()).norm() < MOVED_M
+        let oldest = self.trail.oldest();
+        (self.pose.position() - oldest.position()).norm() < self.scale.m(MOVED_M)
             && wrap_angle(self.pose.yaw_rad - oldest.yaw_rad).abs() < TURNED_RAD
     }
 
@@ -98,7 +104,7 @@ impl Navigator {
     fn is_blocked(&self, subgoal: Point, rest_m: f32) -> bool {
         let local = self.pose.local_from_parent(subgoal);
         let (cos, sin) = (local.x / rest_m.max(1e-3), local.y / rest_m.max(1e-3));
-        let half_width_m = self.task.robot.radius_m + 0.5 * CORRIDOR_CLEARANCE_M;
+        let half_width_m = self.task.robot.radius_m + 0.5 * self.scale.m(CORRIDOR_CLEARANCE_M);
         self.scan.corridor_m(cos, sin, half_width_m, rest_m) < 0.8 * rest_m
     }
 
@@ -119,6 +125,7 @@ impl Navigator {
             self.geodesic.update(&self.map, self.goal, position, farther_m);
             here_m = self.geodesic.distance_m(position);
         }
+        let visits_m = VISITS_M.map(|m| self.scale.m(m));
         let mut directions = [Direction::default(); DIRECTION_COUNT];
         for (k, direction) in directions.iter_mut().enumerate() {
             let (sin, cos) = libm::sincosf(goal_course_rad + direction_angle_rad(k));
@@ -133,8 +140,8 @@ impl Navigator {
                     }
                     _ => 0.0,
                 },
-                visits_near: self.map.visit_density(at(1.0)),
-                visits_far: self.map.visit_density(at(2.5)),
+                visits_near: self.map.visit_density(at(visits_m[0])),
+                visits_far: self.map.visit_density(at(visits_m[1])),
                 closing_mps: self.closing.towards_mps(goal_bearing_rad + direction_angle_rad(k)),
                 is_legal: candidates.mask.allows(k),
             };
@@ -153,7 +160,7 @@ impl Navigator {
             detour_m: here_m.map_or(0.0, |here| here - distance_m),
             speed: self.velocity.linear_mps / self.task.robot.linear_max_mps,
         };
-        encode_high(&directions, &globals, &mut self.high);
+        encode_high(&self.scale, &directions, &globals, &mut self.high);
         self.candidates = Some(candidates);
         (&self.high, candidates.mask)
     }
@@ -175,7 +182,7 @@ impl Navigator {
             _ => (ACTION_GOAL, self.goal),
         };
         self.last_action = Some(action);
-        self.decision = Some(ActiveDecision { action, subgoal, held_steps: 0 });
+        self.decision = Some(ActiveDecision { action, subgoal, held_ticks: 0 });
         self.standing.begin(self.pose, subgoal);
     }
 

@@ -6,24 +6,26 @@
 //! the same in acting, exploring and the learning target.
 
 use crate::geometry::{Point, Pose, wrap_angle};
+use crate::scale::Scale;
 use crate::subgoal::ActionMask;
 use crate::task::ACTION_WAIT;
 
-/// A decision that moved the robot by less came to nothing, m, unless it turned towards its subgoal.
+/// A decision that moved the robot by less came to nothing, m of the reference robot ([`Scale`]), unless it turned towards its subgoal.
 pub(super) const MOVED_M: f32 = 0.1;
 /// A turn by less is none, rad.
 pub(super) const TURNED_RAD: f32 = 0.3;
-/// Standing ends when the robot is this far from where it began, m.
+/// Standing ends when the robot is this far from where it began, m of the reference robot.
 const STANDING_M: f32 = 0.15;
-/// What was tried in vain is legal again this far from where it was tried, m.
+/// What was tried in vain is legal again this far from where it was tried, m of the reference robot.
 const LEFT_M: f32 = 0.5;
-/// Waiting is legal for so long, s; then the robot must try something. A decision that ends early comes to nothing if
+/// Waiting is legal for so long, s of the reference robot; then the robot must try something. A decision that ends early comes to nothing if
 /// the robot has stood for longer.
 const PATIENCE_S: f32 = 3.0;
 
 /// What is known of the place where the robot is.
 #[derive(Clone, Debug)]
 pub(super) struct Standing {
+    scale: Scale,
     /// Where it stands, and for how many steps.
     place: Point,
     steps: u32,
@@ -37,8 +39,9 @@ pub(super) struct Standing {
 
 impl Standing {
     /// Nothing tried yet.
-    pub(super) fn new(pose: Pose) -> Self {
+    pub(super) fn new(pose: Pose, scale: &Scale) -> Self {
         Self {
+            scale: *scale,
             place: pose.position(),
             steps: 0,
             failed: ActionMask::default(),
@@ -51,10 +54,10 @@ impl Standing {
     /// A step later the robot is here.
     pub(super) fn step(&mut self, position: Point) {
         self.steps += 1;
-        if (position - self.place).norm() > STANDING_M {
+        if (position - self.place).norm() > self.scale.m(STANDING_M) {
             (self.place, self.steps) = (position, 0);
         }
-        if (position - self.failed_at).norm() > LEFT_M {
+        if (position - self.failed_at).norm() > self.scale.m(LEFT_M) {
             (self.failed, self.failed_at) = (ActionMask::default(), position);
         }
     }
@@ -71,9 +74,9 @@ impl Standing {
 
     /// A decision for a subgoal has ended. `ran_out`: it was stuck, or held for as long as it may be.
     pub(super) fn end(&mut self, action: usize, subgoal: Point, pose: Pose, ran_out: bool, period_s: f32) {
-        let moved = (pose.position() - self.begun.position()).norm() >= MOVED_M;
+        let moved = (pose.position() - self.begun.position()).norm() >= self.scale.m(MOVED_M);
         let turned = self.off_rad - off_rad(pose, subgoal) >= TURNED_RAD;
-        let is_long = self.steps as f32 * period_s >= PATIENCE_S;
+        let is_long = self.steps as f32 * period_s >= self.scale.s(PATIENCE_S);
         if action == ACTION_WAIT || moved || turned || !(ran_out || is_long) {
             return;
         }
@@ -86,7 +89,7 @@ impl Standing {
     /// The legal actions less those that were tried in vain; where nothing is left, all may be tried again, the last
     /// one not at once.
     pub(super) fn open(&mut self, legal: ActionMask, last: Option<usize>, period_s: f32) -> ActionMask {
-        let patient = self.steps as f32 * period_s < PATIENCE_S;
+        let patient = self.steps as f32 * period_s < self.scale.s(PATIENCE_S);
         let legal_now = if patient { legal.0 } else { legal.0 & !(1 << ACTION_WAIT) };
         if legal_now & !self.failed.0 == 0 {
             self.failed = ActionMask(last.map_or(0, |action| 1 << action));
@@ -122,7 +125,7 @@ mod tests {
     #[test]
     fn what_came_to_nothing_is_closed_until_the_place_is_left() {
         let here = Pose::default();
-        let mut standing = Standing::new(here);
+        let mut standing = Standing::new(here, &Scale::REFERENCE);
         try_for(&mut standing, 3, 10, (here, here));
         let open = standing.open(ActionMask::ALL, Some(3), PERIOD_S);
         assert!(!open.allows(3) && open.allows(4) && open.allows(ACTION_GOAL));
@@ -135,7 +138,7 @@ mod tests {
     #[test]
     fn driving_and_turning_towards_the_subgoal_are_not_in_vain() {
         let here = Pose::default();
-        let mut standing = Standing::new(here);
+        let mut standing = Standing::new(here, &Scale::REFERENCE);
         try_for(&mut standing, 0, 20, (here, Pose::new(0.12, 0.0, 0.0)));
         try_for(&mut standing, 1, 20, (Pose::new(0.0, 0.0, 3.0), Pose::new(0.0, 0.0, 1.0)));
         assert_eq!(standing.open(ActionMask::ALL, Some(1), PERIOD_S).count(), ACTION_COUNT as u32 - 1);
@@ -146,7 +149,7 @@ mod tests {
     #[test]
     fn nothing_can_be_chosen_for_ever_without_moving() {
         let here = Pose::default();
-        let mut standing = Standing::new(here);
+        let mut standing = Standing::new(here, &Scale::REFERENCE);
         let legal = ActionMask(1 << 2 | 1 << 5 | 1 << ACTION_GOAL | 1 << ACTION_WAIT);
         let (mut last, mut counts) = (None, [0_u32; ACTION_COUNT]);
         for _ in 0..60 {

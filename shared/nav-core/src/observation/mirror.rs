@@ -62,6 +62,7 @@ pub const fn mirror_high_action(action: usize) -> usize {
 mod tests {
     use super::super::{Direction, Globals, Motion, Target, encode_high, encode_low};
     use super::*;
+    use crate::scale::Scale;
     use crate::task::{ACTION_COUNT, ACTION_GOAL, ACTION_WAIT, Task};
     use crate::twist::Twist;
 
@@ -108,7 +109,7 @@ mod tests {
         };
         let encode = |directions: &_, side: f32| {
             let mut observation = [0.0; HIGH_OBSERVATION];
-            encode_high(directions, &globals(side), &mut observation);
+            encode_high(&Scale::REFERENCE, directions, &globals(side), &mut observation);
             observation
         };
         let mut mirrored = encode(&directions, 1.0);

@@ -15,14 +15,14 @@ fn walled() -> LocalMap {
     });
     let mut view = ScanView::new(&geometry);
     view.update(&geometry, scan.ranges_m(), scan.range_max_m);
-    let mut map = LocalMap::new(Point::origin());
+    let mut map = LocalMap::new(Point::origin(), crate::local_map::CELL_M, 1.0);
     map.integrate(Point::origin(), 1.0, 0.0, &view);
     map
 }
 
 #[test]
 fn open_floor_is_nearly_straight() {
-    let map = LocalMap::new(Point::origin());
+    let map = LocalMap::new(Point::origin(), crate::local_map::CELL_M, 1.0);
     let mut geodesic = OptimisticGeodesic::default();
     geodesic.update(&map, Point::new(5.0, 3.0), Point::origin(), 2.0);
     let distance = geodesic.distance_m(Point::origin()).expect("free");
@@ -42,7 +42,7 @@ fn a_wall_costs_the_way_round() {
 
 #[test]
 fn a_goal_outside_the_window_pulls_the_right_way() {
-    let map = LocalMap::new(Point::origin());
+    let map = LocalMap::new(Point::origin(), crate::local_map::CELL_M, 1.0);
     let mut geodesic = OptimisticGeodesic::default();
     geodesic.update(&map, Point::new(30.0, 0.0), Point::origin(), 2.0);
     let here = geodesic.distance_m(Point::origin()).expect("free");

@@ -1,7 +1,11 @@
 //! One reward a level. The low level is paid for reaching its target, the high level for reaching the goal;
 //! neither can earn by standing still, and neither is better off crashing than being stuck.
+//!
+//! Weights count metres and steps; those that a robot has by default count the lengths of its own footprint and its own time
+//! ([`crate::scale`]), so that what is best does not change with size, speed and control period.
 
 use super::{HighStep, LowStep};
+use crate::task::Task;
 use serde::{Deserialize, Serialize};
 
 /// Weights of the low level's reward.
@@ -10,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub struct LowWeights {
     /// Of a metre nearer to the target.
     pub progress: f32,
-    /// Of a step.
+    /// Of a step (a control period).
     pub time: f32,
     /// Of the squared turning rate (share of its limit).
     pub turning: f32,
@@ -28,20 +32,26 @@ pub struct LowWeights {
 
 impl Default for LowWeights {
     fn default() -> Self {
-        Self {
-            progress: 2.5,
-            time: 0.02,
-            turning: 0.02,
-            change: 0.02,
-            proximity: 0.08,
-            proximity_m: 0.25,
-            reached: 3.0,
-            collided: 12.0,
-        }
+        Self::of(&Task::default())
     }
 }
 
 impl LowWeights {
+    /// What suits a task.
+    pub fn of(task: &Task) -> Self {
+        let (scale, share) = (task.scale(), task.step_share());
+        Self {
+            progress: 2.5 / scale.length,
+            time: 0.02 * share,
+            turning: 0.02 * share,
+            change: 0.02 * share,
+            proximity: 0.08 * share,
+            proximity_m: scale.m(0.25),
+            reached: 3.0,
+            collided: 12.0,
+        }
+    }
+
     /// What a crash must cost at least, twice what standing stuck against an obstacle costs for ever; with less,
     /// the low level learns to crash.
     pub fn least_collided(&self, discount: f32) -> f32 {
@@ -83,11 +93,21 @@ pub struct HighWeights {
 
 impl Default for HighWeights {
     fn default() -> Self {
-        Self { reached: 10.0, collided: 10.0, time: 0.02, progress: 0.5 }
+        Self::of(&Task::default())
     }
 }
 
 impl HighWeights {
+    /// What suits a task.
+    pub fn of(task: &Task) -> Self {
+        Self {
+            reached: 10.0,
+            collided: 10.0,
+            time: 0.02 * task.step_share(),
+            progress: 0.5 / task.scale().length,
+        }
+    }
+
     /// As [`LowWeights::least_collided`], with the discount of a step.
     pub fn least_collided(&self, discount: f32) -> f32 {
         2.0 * self.time / (1.0 - discount)

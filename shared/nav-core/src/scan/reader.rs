@@ -20,9 +20,9 @@ use crate::task::{ShieldMode, Task};
 const MEASURED_SHARE_MIN: f32 = 0.75;
 /// So much of the trained field of view may be looked into by no beam, rad: 10 degrees, counted as unknown.
 const UNSEEN_MAX_RAD: f32 = 0.175;
-/// What is too near to be measured may begin so far outside the robot, m.
+/// What is too near to be measured may begin so far outside the robot, m of the reference robot ([`crate::scale`]).
 const MINIMUM_BEYOND_M: f32 = 0.3;
-/// What is nearer than all around it by more than this is small, m.
+/// What is nearer than all around it by more than this is small, m of the reference robot.
 const SMALL_M: f32 = 0.25;
 /// Directions that differ by less than this share of a trained beam's width are as near to it.
 const SAME_SHARE: f32 = 0.02;
@@ -72,7 +72,7 @@ impl ScanReader {
             unseen: 0,
             beams_m: [f32::NAN; MAX_BEAMS],
             straight_m: [f32::NAN; MAX_BEAMS],
-            recall: Recall::new(&task.lidar),
+            recall: Recall::new(&task.lidar, task.control_period_ns()),
             last_seq: 0,
             good_scans: SETTLED_SCANS,
             vanishing: (f32::INFINITY, None),
@@ -126,7 +126,7 @@ impl ScanReader {
         if range_max_m < 0.5 * lidar.range_max_m {
             return Err(Misfit::ShortRange { trained_m: lidar.range_max_m, found_m: range_max_m });
         }
-        let most_m = lidar.range_min_m.max(self.task.robot.radius_m + MINIMUM_BEYOND_M);
+        let most_m = lidar.range_min_m.max(self.task.robot.radius_m + self.task.scale().m(MINIMUM_BEYOND_M));
         if range_min_m > most_m {
             return Err(Misfit::FarMinimum { most_m, found_m: range_min_m });
         }
@@ -242,10 +242,11 @@ impl ScanReader {
             let straight_m = one.max(other);
             self.straight_m[at] = if straight_m.is_nan() { self.beams_m[at] } else { straight_m };
         }
+        let small_m = self.task.scale().m(SMALL_M);
         for at in 0..trained {
             let beside = [(at + trained - 1) % trained, at, (at + 1) % trained];
             let around_m = beside.into_iter().fold(f32::INFINITY, |m: f32, at| m.min(self.straight_m[at]));
-            let is_small = self.beams_m[at] < around_m - SMALL_M;
+            let is_small = self.beams_m[at] < around_m - small_m;
             if !is_small {
                 self.beams_m[at] = self.straight_m[at];
             }

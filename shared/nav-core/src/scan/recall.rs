@@ -8,8 +8,10 @@ use crate::messages::MAX_BEAMS;
 use crate::task::Lidar;
 use core::f32::consts::TAU;
 
-/// What was seen counts for so long, ns.
+/// What was seen counts for so long, ns: beams fail one scan at a time, however large the robot is...
 const KEPT_NS: u64 = 300_000_000;
+/// ...and at least for so many scans.
+const KEPT_SCANS: u64 = 3;
 
 /// One direction's last measurement.
 #[derive(Clone, Copy, Debug)]
@@ -30,15 +32,23 @@ pub(super) struct Recall {
     angle_min_rad: f32,
     width_rad: f32,
     directions: usize,
+    kept_ns: u64,
     seen: [Seen; MAX_BEAMS],
 }
 
 impl Recall {
-    /// Nothing seen yet, with directions as wide as the beams of `lidar`.
-    pub(super) fn new(lidar: &Lidar) -> Self {
+    /// Nothing seen yet, with directions as wide as the beams of `lidar`, and a scan each `period_ns`.
+    pub(super) fn new(lidar: &Lidar, period_ns: u64) -> Self {
         let width_rad = lidar.angle_increment_rad();
         let directions = libm::roundf(TAU / width_rad).clamp(1.0, MAX_BEAMS as f32) as usize;
-        Self { angle_min_rad: lidar.angle_min_rad(), width_rad, directions, seen: [NEVER; MAX_BEAMS] }
+        let kept_ns = KEPT_NS.max(KEPT_SCANS * period_ns);
+        Self {
+            angle_min_rad: lidar.angle_min_rad(),
+            width_rad,
+            directions,
+            kept_ns,
+            seen: [NEVER; MAX_BEAMS],
+        }
     }
 
     /// Forgets everything.
@@ -60,7 +70,7 @@ impl Recall {
             let is_fresh = seen
                 .stamp_ns
                 .and_then(|then| stamp_ns.checked_sub(then))
-                .is_some_and(|age_ns| age_ns <= KEPT_NS);
+                .is_some_and(|age_ns| age_ns <= self.kept_ns);
             if is_fresh {
                 let angle_rad = pose.yaw_rad + self.angle_min_rad + beam as f32 * self.width_rad;
                 let (sin, cos) = libm::sincosf(angle_rad);

@@ -1,19 +1,20 @@
 //! What a command leads to: what the robot could no longer stop before, and whom it meets.
 
 use super::grid::Grid;
-use super::motion::{Clock, Courses, MOMENTS, UnderWay};
+use super::motion::{Clock, Courses, LATE_MAX, MOMENTS, UnderWay};
 use super::people::People;
 use super::standing::{Bump, Standing};
 use super::ways::{HELD, Manoeuvre, ways_back, ways_on};
 use super::{CLOSE_COST, Hazard, Intervention, STANDING_COST, TOUCH_COST};
-use crate::observation::SENT_COMMANDS;
+use crate::scale::Scale;
 use crate::task::Robot;
 use crate::twist::Twist;
 
-/// Share of the difference to its target that a slow base makes up in a fine step: a lag of 0.15 s.
-const SLOW_FOLLOW: f32 = 0.5;
-/// Steps by which the base may obey late, from none.
-const LATENCIES: usize = Danger::LATENCY_MAX + 1;
+/// A slow base makes up half of the difference to its target in this share of its latency: a lag of 0.15 s where that is
+/// 0.2 s.
+const HALF_SHARE: f32 = 0.5;
+/// A base that obeys at once, one that is as late as it may be, and one between them.
+const LATENCIES: usize = 3;
 /// A robot that has not come to a stand after so many fine steps is taken to stand.
 const STOPPING_STEPS: usize = 200;
 
@@ -57,6 +58,7 @@ impl Obstacles<'_> {
 /// All that the danger of a command depends on.
 pub(super) struct Danger<'a> {
     pub(super) robot: &'a Robot,
+    pub(super) scale: &'a Scale,
     pub(super) clock: &'a Clock,
     /// Fine steps by which the base usually obeys late.
     pub(super) latency: usize,
@@ -67,9 +69,6 @@ pub(super) struct Danger<'a> {
 }
 
 impl Danger<'_> {
-    /// Steps by which the base may obey late and still stop in time.
-    pub(super) const LATENCY_MAX: usize = SENT_COMMANDS;
-
     /// What is met if this is commanded now, on the best of the ways to go on; `None` where one is free. A command that
     /// is found to cost no less than `limit` is not looked at any further.
     pub(super) fn of(&self, command: Twist, limit: f32) -> Option<Met> {
@@ -83,9 +82,9 @@ impl Danger<'_> {
     pub(super) fn cost(&self, met: &Met) -> f32 {
         let soon = 1.0 - met.in_s / self.clock.horizon_s();
         match met.hazard {
-            Hazard::Standing => STANDING_COST.0 + STANDING_COST.1 * met.depth_m,
+            Hazard::Standing => STANDING_COST.0 + STANDING_COST.1 * (met.depth_m / self.scale.length),
             Hazard::Person if met.is_close => CLOSE_COST * soon,
-            Hazard::Person => TOUCH_COST * (1.0 + soon) + met.speed_mps,
+            Hazard::Person => TOUCH_COST * (1.0 + soon) + met.speed_mps / self.scale.mps(1.0),
         }
     }
 
@@ -227,17 +226,25 @@ impl Danger<'_> {
         }
     }
 
+    /// Fine steps by which the base may obey late and still stop in time.
+    fn latest(&self) -> usize {
+        self.clock.steps(self.robot.latency_s).min(LATE_MAX)
+    }
+
     /// What is touched if this is commanded now and the robot then stops, however late the base obeys: the deepest touch
     /// of all.
     fn stopping(&self, command: Twist) -> Option<Met> {
         let step_s = self.clock.step_s[0];
         // A base that obeys at once may be a perfect one; one that is late may be slow, too.
-        let late = core::array::from_fn(|lane| lane);
-        let follow = core::array::from_fn(|lane| if lane == 0 { 1.0 } else { SLOW_FOLLOW });
+        let most = self.latest();
+        let late = [0, most.div_ceil(2), most];
+        let halves = step_s / (HALF_SHARE * self.robot.latency_s);
+        let slow = 1.0 - libm::exp2f(-halves);
+        let follow = core::array::from_fn(|lane| if lane == 0 { 1.0 } else { slow });
         let mut courses = Courses::<LATENCIES>::new(&self.under_way, late, follow);
         let mut deepest: Option<Met> = None;
         for step in 0..STOPPING_STEPS {
-            let target = if step == 0 { command } else { Twist::ZERO };
+            let target = if step < self.clock.held { command } else { Twist::ZERO };
             courses.step(self.robot, &[target.linear_mps; _], &[target.angular_radps; _], step_s);
             for lane in 0..LATENCIES {
                 if self.hits.are_touched(courses.place(lane)) {
@@ -251,7 +258,7 @@ impl Danger<'_> {
                     }
                 }
             }
-            if step > 0 && (0..LATENCIES).all(|lane| courses.is_at_rest(lane)) {
+            if step >= self.clock.held && (0..LATENCIES).all(|lane| courses.is_at_rest(lane, self.scale)) {
                 break;
             }
         }

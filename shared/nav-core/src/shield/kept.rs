@@ -2,20 +2,19 @@
 //! sides, and the end of a wall that is looked at along the wall is thinner than any. So that no beam hits them any more says
 //! nothing, and they count until they are far away or old; or until a beam goes on where the side of the thing was.
 
-use super::standing::{Beside, Nearest};
+use super::standing::{Beside, Nearest, margin_m};
 use crate::geometry::{Point, Pose};
+use crate::scale::Scale;
 use crate::scan::beams::Beams;
 use core::f32::consts::TAU;
 use heapless::Vec;
 
 /// The most points.
 pub(super) const KEPT_MAX: usize = 96;
-/// What was not seen again counts for so long, ns.
-const KEPT_NS: u64 = 8_000_000_000;
-/// Points nearer to each other are one, m.
-const SAME_M: f32 = 0.04;
-/// A beam that goes on so much farther found nothing there, m.
-const BEYOND_M: f32 = 0.12;
+/// What was not seen again counts for so long, s of the reference robot ([`Scale`]).
+const KEPT_S: f32 = 8.0;
+/// A beam that goes on by so many margins farther found nothing there.
+const BEYOND: f32 = 3.0;
 /// Sine of the angle at which a side must be looked at to see that it is gone: along a wall, centimetres decide what is passed.
 const SLANT_SIN: f32 = 0.5;
 /// Directions that differ by this share of a beam's width are the same.
@@ -25,17 +24,21 @@ const HAIR: f32 = 0.02;
 #[derive(Clone, Debug)]
 pub(super) struct Kept {
     points: Vec<Nearest, KEPT_MAX>,
+    kept_ns: u64,
+    /// Points nearer to each other than this are one, m.
+    margin_m: f32,
 }
 
 impl Kept {
     /// Nothing yet.
-    pub(super) fn new() -> Self {
-        Self { points: Vec::new() }
+    pub(super) fn new(scale: &Scale) -> Self {
+        Self { points: Vec::new(), kept_ns: scale.ns(KEPT_S), margin_m: margin_m(scale) }
     }
 
     /// Keeps a point of something thin, in place of the one farthest from `here` where there is no room.
     pub(super) fn keep(&mut self, point: Nearest, here: Point) {
-        let is_same = |kept: &Nearest| (kept.point - point.point).norm_squared() < SAME_M * SAME_M;
+        let same2_m2 = self.margin_m * self.margin_m;
+        let is_same = |kept: &Nearest| (kept.point - point.point).norm_squared() < same2_m2;
         if matches!(point.beside, Beside::Wide) || self.points.iter().any(is_same) {
             return;
         }
@@ -52,10 +55,12 @@ impl Kept {
         let first_rad = beams.as_slice().first().map_or(0.0, |beam| libm::atan2f(beam.sin, beam.cos));
         self.points.retain(|kept| {
             let is_gone = match kept.beside {
-                Beside::End(beside) => is_passed(kept.point, beside, beams, pose, first_rad),
+                Beside::End(beside) => {
+                    is_passed(kept.point, beside, beams, pose, first_rad, BEYOND * self.margin_m)
+                }
                 Beside::Alone | Beside::Wide => false,
             };
-            stamp_ns.saturating_sub(kept.stamp_ns) <= KEPT_NS
+            stamp_ns.saturating_sub(kept.stamp_ns) <= self.kept_ns
                 && (kept.point - pose.position()).norm_squared() <= far_m * far_m
                 && !is_gone
         });
@@ -72,8 +77,8 @@ impl Kept {
     }
 }
 
-/// Whether a beam goes on between two places of the `odom` frame, where something was. `first_rad` is the direction of beam 0.
-fn is_passed(a: Point, b: Point, beams: &Beams, pose: Pose, first_rad: f32) -> bool {
+/// Whether a beam goes on by `beyond_m` between two places of the `odom` frame, where something was. `first_rad` is the direction of beam 0.
+fn is_passed(a: Point, b: Point, beams: &Beams, pose: Pose, first_rad: f32, beyond_m: f32) -> bool {
     let (a, b) = (a - pose.position(), b - pose.position());
     let across = a.perp(&b);
     if across.abs() < SLANT_SIN * a.norm() * (b - a).norm() {
@@ -94,5 +99,5 @@ fn is_passed(a: Point, b: Point, beams: &Beams, pose: Pose, first_rad: f32) -> b
         Some(next as usize)
     };
     let beam = index.and_then(|index| beams.as_slice().get(index));
-    beam.is_some_and(|beam| beam.range_m > a.norm().max(b.norm()) + BEYOND_M)
+    beam.is_some_and(|beam| beam.range_m > a.norm().max(b.norm()) + beyond_m)
 }

@@ -1,17 +1,20 @@
 //! Where the robot will be: commands under way, latency, acceleration limits.
 
-use crate::observation::{SENT_COMMANDS, Sent};
-use crate::task::Robot;
+use crate::scale::Scale;
+use crate::sent::Sent;
+use crate::task::{Robot, Task};
 use crate::twist::Twist;
 
 /// Moments at which a course is looked at, the present not among them.
 pub(super) const MOMENTS: usize = 20;
-/// So many of them follow each other at the fine step, the rest at four times that: 4 s in all at a period of 0.1 s.
+/// So many of them follow each other at the fine step, the rest at three times that: 4 s in all at a period of 0.1 s.
 const FINE_MOMENTS: usize = 10;
-/// Slower is standing, m/s.
+/// Slower is standing, m/s of the reference robot ([`Scale`]).
 const REST_MPS: f32 = 0.02;
-/// The fine step is the control period, where that lies within these bounds, s.
+/// The fine step is the control period, or a part or a multiple of it, within these bounds, s of the reference robot...
 const FINE_STEP_S: [f32; 2] = [0.08, 0.12];
+/// ...unless the base is so late that more of them would pass until it obeys.
+pub(super) const LATE_MAX: usize = 4;
 
 /// The moments at which courses are looked at.
 #[derive(Clone, Copy, Debug)]
@@ -20,21 +23,31 @@ pub(super) struct Clock {
     pub(super) step_s: [f32; MOMENTS],
     /// From now, s.
     pub(super) at_s: [f32; MOMENTS],
+    /// Fine steps for which a command is held before another can follow.
+    pub(super) held: usize,
+    /// Control periods in a fine step; 1 where it is a part of one.
+    ticks: usize,
 }
 
 impl Clock {
-    /// Moments for a control period, s.
-    pub(super) fn new(period_s: f32) -> Self {
-        let parts = libm::ceilf(period_s / FINE_STEP_S[1]).max(1.0);
+    /// Moments for the robot and the control period of a task.
+    pub(super) fn new(task: &Task) -> Self {
+        let (period_s, scale) = (task.control_period_s, task.scale());
+        let late_s = task.robot.latency_s / LATE_MAX as f32;
+        let [least_s, most_s] =
+            [scale.s(FINE_STEP_S[0]).max(late_s), scale.s(FINE_STEP_S[1]).max(1.5 * late_s)];
+        let parts = libm::ceilf(period_s / most_s).max(1.0);
         let part_s = period_s / parts;
-        let fine_s = part_s * libm::ceilf(FINE_STEP_S[0] / part_s).max(1.0);
+        let fine_s = part_s * libm::ceilf(least_s / part_s).max(1.0);
         let (mut step_s, mut at_s, mut now_s) = ([0.0; MOMENTS], [0.0; MOMENTS], 0.0);
         for moment in 0..MOMENTS {
             step_s[moment] = if moment < FINE_MOMENTS { fine_s } else { 3.0 * fine_s };
             now_s += step_s[moment];
             at_s[moment] = now_s;
         }
-        Self { step_s, at_s }
+        let held = (libm::roundf(period_s / fine_s) as usize).max(1);
+        let ticks = (libm::roundf(fine_s / period_s) as usize).max(1);
+        Self { step_s, at_s, held, ticks }
     }
 
     /// The last moment, s.
@@ -45,6 +58,11 @@ impl Clock {
     /// A time in fine steps, rounded up.
     pub(super) fn steps(&self, time_s: f32) -> usize {
         libm::ceilf(time_s / self.step_s[0] - 1e-3) as usize
+    }
+
+    /// The commands of the last fine steps, newest first.
+    pub(super) fn commands(&self, sent: &Sent) -> [Twist; LATE_MAX] {
+        core::array::from_fn(|step| sent.mean(step / self.held * self.ticks, self.ticks))
     }
 
     /// How many moments lie within a time from now, s.
@@ -58,8 +76,8 @@ impl Clock {
 pub(super) struct UnderWay {
     /// What it does now.
     pub(super) measured: Twist,
-    /// The last commands, newest first.
-    pub(super) sent: Sent,
+    /// The commands of the last fine steps, newest first.
+    pub(super) sent: [Twist; LATE_MAX],
 }
 
 /// Robots on `N` courses side by side, in the robot frame of now.
@@ -81,7 +99,7 @@ impl<const N: usize> Courses<N> {
     /// Where the robot is now.
     pub(super) fn new(under_way: &UnderWay, late: [usize; N], follow: [f32; N]) -> Self {
         let sent = |part: fn(&Twist) -> f32| {
-            let mut commands = [[part(&under_way.sent[SENT_COMMANDS - 1]); N]; SENT_COMMANDS + 1];
+            let mut commands = [[part(&under_way.sent[LATE_MAX - 1]); N]; LATE_MAX + 1];
             for (command, sent) in commands.iter_mut().zip(&under_way.sent) {
                 *command = [part(sent); N];
             }
@@ -153,9 +171,11 @@ impl<const N: usize> Courses<N> {
     }
 
     /// Whether it stands, and no command will change that.
-    pub(super) fn is_at_rest(&self, lane: usize) -> bool {
-        let rests = |mps: f32| mps.abs() < REST_MPS;
-        rests(self.linear.now[lane]) && self.linear.commands.iter().all(|command| rests(command[lane]))
+    pub(super) fn is_at_rest(&self, lane: usize, scale: &Scale) -> bool {
+        let rests = |mps: f32| mps.abs() < scale.mps(REST_MPS);
+        let latest = self.late.iter().fold(0, |most, late| most.max(*late));
+        rests(self.linear.now[lane])
+            && self.linear.commands[..=latest].iter().all(|command| rests(command[lane]))
     }
 }
 
@@ -163,7 +183,7 @@ impl<const N: usize> Courses<N> {
 #[derive(Clone, Copy, Debug)]
 struct Axis<const N: usize> {
     now: [f32; N],
-    commands: [[f32; N]; SENT_COMMANDS + 1],
+    commands: [[f32; N]; LATE_MAX + 1],
 }
 
 impl<const N: usize> Axis<N> {

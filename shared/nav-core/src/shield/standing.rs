@@ -4,24 +4,33 @@ use super::grid::Grid;
 use super::kept::{KEPT_MAX, Kept};
 use crate::geometry::{Point, Pose};
 use crate::messages::MAX_BEAMS;
+use crate::scale::Scale;
 use crate::scan::beams::{Beam, Beams};
 use core::f32::consts::{PI, TAU};
 
-/// Kept free around everything that stands, m: for the lidar's noise and a footprint that is larger than it is said to be.
+/// Kept free around everything that stands, m: for the lidar's noise, which a smaller robot has, too, and a footprint that is
+/// larger than it is said to be, which counts for more with a larger one.
 pub const MARGIN_M: f32 = 0.04;
 /// Sectors around the robot, one point each.
 const SECTORS: usize = 72;
 /// So many scans are looked at together: what lies between two beams of one is hit by the next, and what failed to be
 /// measured a moment ago is not gone.
 const SCANS: usize = 6;
-/// What was seen counts for so long, ns.
-const KEPT_NS: u64 = 600_000_000;
+/// What was seen counts for so long, s of the reference robot ([`Scale`]).
+const KEPT_S: f32 = 0.6;
+/// Scans that follow each other faster share a place, s of the reference robot.
+const APART_S: f32 = 0.06;
 /// The most points.
 const POINTS: usize = SCANS * SECTORS + KEPT_MAX;
-/// Neighbouring beams whose ranges differ by more did not hit the same side of a thing, m.
+/// Neighbouring beams whose ranges differ by more did not hit the same side of a thing, m; more for a larger robot.
 const GAP_M: f32 = 0.15;
 /// Points are looked at in groups of this size.
 const LANES: usize = 8;
+
+/// What is kept free around everything that stands by a robot, m.
+pub fn margin_m(scale: &Scale) -> f32 {
+    MARGIN_M.max(scale.m(MARGIN_M))
+}
 
 /// Which sector each beam lies in, worked out once for a lidar.
 #[derive(Clone, Debug)]
@@ -90,6 +99,11 @@ pub(super) struct View<'a> {
 /// Points that stand.
 #[derive(Clone, Debug)]
 pub(super) struct Standing {
+    scale: Scale,
+    /// Kept free around everything, m.
+    margin_m: f32,
+    /// When the newest place began, ns.
+    begun_ns: u64,
     /// The newest scans' points, newest first.
     seen: [[Option<Nearest>; SECTORS]; SCANS],
     /// Points of the robot frame, m.
@@ -113,8 +127,11 @@ pub(super) struct Bump {
 
 impl Standing {
     /// Nothing seen yet.
-    pub(super) fn new() -> Self {
+    pub(super) fn new(scale: &Scale) -> Self {
         Self {
+            scale: *scale,
+            margin_m: margin_m(scale),
+            begun_ns: 0,
             seen: [[None; SECTORS]; SCANS],
             x_m: [0.0; POINTS],
             y_m: [0.0; POINTS],
@@ -141,14 +158,18 @@ impl Standing {
             }
         }
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
-        self.seen.rotate_right(1);
+        let gap_m = GAP_M.max(self.scale.m(GAP_M));
+        if stamp_ns.abs_diff(self.begun_ns) >= self.scale.ns(APART_S) {
+            self.seen.rotate_right(1);
+            self.begun_ns = stamp_ns;
+        }
         self.seen[0].iter().flatten().copied().for_each(&mut leaving);
         for (seen, (range_m, index)) in self.seen[0].iter_mut().zip(nearest) {
             *seen = range_m.is_finite().then(|| {
                 let at =
                     |x: f32, y: f32| Point::new(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y);
                 let place = |range_m: f32, beam: &Beam| at(range_m * beam.cos, range_m * beam.sin);
-                let beside = match same_beside(beams.as_slice(), index) {
+                let beside = match same_beside(beams.as_slice(), index, gap_m) {
                     [Some(_), Some(_)] => Beside::Wide,
                     [Some(beam), None] | [None, Some(beam)] => Beside::End(place(beam.range_m, beam)),
                     [None, None] => Beside::Alone,
@@ -156,8 +177,9 @@ impl Standing {
                 Nearest { point: place(range_m, &beams.as_slice()[index]), stamp_ns, beside }
             });
         }
+        let kept_ns = self.scale.ns(KEPT_S);
         for seen in self.seen[1..].iter_mut().flatten() {
-            if let Some(old) = seen.take_if(|seen| stamp_ns.saturating_sub(seen.stamp_ns) > KEPT_NS) {
+            if let Some(old) = seen.take_if(|seen| stamp_ns.saturating_sub(seen.stamp_ns) > kept_ns) {
                 leaving(old);
             }
         }
@@ -169,7 +191,7 @@ impl Standing {
     pub(super) fn lay_out(&mut self, kept: &Kept, pose: Pose, radius_m: f32, edge_rad: f32, far_m: f32) {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
-        self.reach_m = far_m + radius_m + MARGIN_M + edge_rad * far_m;
+        self.reach_m = far_m + radius_m + self.margin_m + edge_rad * far_m;
         for seen in self.seen.iter().flatten().flatten().chain(kept.iter()) {
             let (dx, dy) = (seen.point.x - pose.x_m, seen.point.y - pose.y_m);
             let range2_m2 = dx * dx + dy * dy;
@@ -179,7 +201,7 @@ impl Standing {
             let at = self.count;
             self.x_m[at] = cos * dx + sin * dy;
             self.y_m[at] = cos * dy - sin * dx;
-            let reach_m = radius_m + MARGIN_M + edge_rad * libm::sqrtf(range2_m2);
+            let reach_m = radius_m + self.margin_m + edge_rad * libm::sqrtf(range2_m2);
             self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
             self.count += 1;
         }
@@ -250,10 +272,10 @@ impl Standing {
 }
 
 /// The beams beside one that hit the same thing as it.
-fn same_beside(beams: &[Beam], index: usize) -> [Option<&Beam>; 2] {
+fn same_beside(beams: &[Beam], index: usize, gap_m: f32) -> [Option<&Beam>; 2] {
     let count = beams.len();
     [index + count - 1, index + 1].map(|beside| {
         let beam = &beams[beside % count];
-        ((beam.range_m - beams[index].range_m).abs() <= GAP_M).then_some(beam)
+        ((beam.range_m - beams[index].range_m).abs() <= gap_m).then_some(beam)
     })
 }

@@ -19,6 +19,9 @@ pub struct Robot {
     pub linear_acceleration_mps2: f32,
     /// Strongest change of turning rate, rad/s².
     pub angular_acceleration_radps2: f32,
+    /// A command takes effect so late at most, s; and of what is missing then to the speed that was commanded, the base
+    /// makes up half or more in each half of that time. What the safety gate counts with.
+    pub latency_s: f32,
 }
 
 impl Default for Robot {
@@ -30,6 +33,7 @@ impl Default for Robot {
             angular_max_radps: 1.0,
             linear_acceleration_mps2: 2.0,
             angular_acceleration_radps2: 4.0,
+            latency_s: 0.2,
         }
     }
 }
@@ -38,6 +42,11 @@ impl Robot {
     /// Whether it ever drives backwards.
     pub fn reverses(&self) -> bool {
         self.linear_min_mps < 0.0
+    }
+
+    /// The way from the fastest speed to a stand, m.
+    pub fn braking_m(&self) -> f32 {
+        self.linear_max_mps * self.linear_max_mps / (2.0 * self.linear_acceleration_mps2)
     }
 
     /// Forward speed that the first number of a low-level action stands for, m/s: from the slowest at -1 to the fastest

@@ -2,7 +2,7 @@
 
 use super::{ModelError, OwnerKey};
 use crate::load::{FileBytes, MAX_MODEL_BYTES, read_file_in};
-use nav_core::manifest::{FileEntry, MANIFEST_FILE, Manifest};
+use nav_core::manifest::{FileEntry, MANIFEST_FILE, MANIFEST_FORMAT, Manifest, ManifestError};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
@@ -84,8 +84,14 @@ fn read_manifest(folder: &Path, path: &Path, key: Option<&OwnerKey>) -> Result<M
     let file = read_file_in(folder, MANIFEST_FILE, MAX_JSON_BYTES)?;
     // Of the very bytes that are parsed.
     key.map_or(Ok(()), |key| key.check(folder, &file.bytes))?;
-    let manifest: Manifest = parse_json(path, &file)?;
     let said: serde_json::Value = parse_json(path, &file)?;
+    // Of another format it may have other fields, and that is what to say.
+    if let Some(format) = said.get("format").and_then(serde_json::Value::as_u64)
+        && format != u64::from(MANIFEST_FORMAT)
+    {
+        return Err(ManifestError::Format(u32::try_from(format).unwrap_or(u32::MAX)).into());
+    }
+    let manifest: Manifest = parse_json(path, &file)?;
     let json =
         |error: serde_json::Error| ModelError::Json { path: path.to_path_buf(), problem: error.to_string() };
     let whole = serde_json::to_value(&manifest).map_err(json)?;

@@ -1,9 +1,11 @@
 //! A beam search in time: every few steps the best places that the robot can be at, one of each kind.
 //!
 //! The base is moved as the simulation moves it, with its limits, latency, lag and gain. A command is held for
-//! [`HOLD_S`]; walls and people are checked at every substep.
+//! [`HOLD_S`]; walls and people are checked at every substep. Metres and seconds of the constants are those of the
+//! reference robot ([`nav_core::scale`]).
 
 use nav_core::geometry::Point;
+use nav_core::scale::Scale;
 use nav_core::twist::Twist;
 use nav_sim::dynamics::Base;
 use nav_sim::geodesic::GeodesicField;
@@ -46,6 +48,7 @@ pub(super) struct Effort {
 
 /// A search from the present moment of a simulation.
 pub(super) struct Search<'a> {
+    scale: Scale,
     truth: &'a Simulation,
     field: &'a GeodesicField,
     future: &'a Future,
@@ -75,7 +78,7 @@ struct Held {
 /// Where a command leads.
 enum Leads {
     Nowhere,
-    On(Base),
+    On(Box<Base>),
     /// After so many steps.
     ToTheGoal(usize),
 }
@@ -89,10 +92,11 @@ impl<'a> Search<'a> {
         effort: Effort,
         steps: usize,
     ) -> Self {
-        let hold = ((HOLD_S / truth.task().control_period_s).round() as usize).max(1);
+        let scale = truth.task().scale();
+        let hold = truth.task().ticks(scale.s(HOLD_S)) as usize;
         let has_people = !truth.people().is_empty();
         let delay = has_people.then(|| Delay::new(truth, future, steps, hold, effort.gap_m));
-        Self { truth, field, future, effort, steps, hold, delay }
+        Self { scale, truth, field, future, effort, steps, hold, delay }
     }
 
     /// Commands to the goal; else those that last longest, then come nearest.
@@ -115,7 +119,7 @@ impl<'a> Search<'a> {
                         }
                         Leads::On(base) => {
                             let rest_s = self.rest_s(&base, step + held);
-                            next.push(Node { base, came_by: Some(history.len()), rest_s });
+                            next.push(Node { base: *base, came_by: Some(history.len()), rest_s });
                         }
                     }
                     history.push(Held { command, before: node.came_by });
@@ -166,7 +170,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        Leads::On(base)
+        Leads::On(Box::new(base))
     }
 
     /// What the rest seems to take after so many steps, s: the way, with what turning towards it costs and speed saves.
@@ -175,10 +179,12 @@ impl<'a> Search<'a> {
         let (pose, speed_mps) = (base.pose(), base.velocity().linear_mps.max(0.0));
         let Some(here_s) = self.way_s(pose.position(), step) else {
             // Nearer to an obstacle than ways keep: not far from one, but none to prefer.
-            return LOST_S + (self.truth.world().goal - pose.position()).norm() / robot.linear_max_mps;
+            return self.scale.s(LOST_S)
+                + (self.truth.world().goal - pose.position()).norm() / robot.linear_max_mps;
         };
-        let ahead_s = AHEAD_M / robot.linear_max_mps;
-        let ahead = pose.parent_from_local(Point::new(AHEAD_M, 0.0));
+        let ahead_m = self.scale.m(AHEAD_M);
+        let ahead_s = ahead_m / robot.linear_max_mps;
+        let ahead = pose.parent_from_local(Point::new(ahead_m, 0.0));
         let gained_s = self.way_s(ahead, step).map_or(-ahead_s, |way_s| here_s - way_s);
         // 0 along the way, 1 against it.
         let turned = (0.5 * (1.0 - gained_s / ahead_s)).clamp(0.0, 1.0);
@@ -191,7 +197,7 @@ impl<'a> Search<'a> {
         let way_s = self.field.distance_m(place)? / self.truth.task().robot.linear_max_mps;
         let Some(delay) = &self.delay else { return Some(way_s) };
         match (delay.at_s(place, step), self.effort.goes_around) {
-            (late_s, _) if late_s.is_infinite() => Some(way_s + LOST_S),
+            (late_s, _) if late_s.is_infinite() => Some(way_s + self.scale.s(LOST_S)),
             (_, true) => delay.around_s(place),
             (late_s, false) => Some(way_s + late_s),
         }
@@ -202,15 +208,16 @@ impl<'a> Search<'a> {
         // Stable: equal ones stay in the order in which they were found.
         nodes.sort_by(|a, b| a.rest_s.total_cmp(&b.rest_s));
         let robot = &self.truth.task().robot;
+        let (cell_m, square_m) = (self.scale.m(CELL_M), self.scale.m(SQUARE_M));
         let part = |value: f32, size: f32| (value / size).round() as i32;
         let mut kinds = HashSet::new();
         let mut squares: HashMap<_, usize> = HashMap::new();
         nodes.retain(|node| {
             let (pose, velocity) = (node.base.pose(), node.base.velocity());
-            let kept = squares.entry((part(pose.x_m, SQUARE_M), part(pose.y_m, SQUARE_M))).or_default();
+            let kept = squares.entry((part(pose.x_m, square_m), part(pose.y_m, square_m))).or_default();
             let kind = (
-                part(pose.x_m, CELL_M),
-                part(pose.y_m, CELL_M),
+                part(pose.x_m, cell_m),
+                part(pose.y_m, cell_m),
                 part(pose.yaw_rad, TAU / DIRECTIONS),
                 part(velocity.linear_mps, robot.linear_max_mps / SPEED_PARTS),
                 part(velocity.angular_radps, robot.angular_max_radps / TURN_PARTS),

@@ -7,7 +7,7 @@ use crate::obstacles::Obstacles;
 use crate::world::{Bounds, Disc, Polygon, Segment, World};
 use nav_core::geometry::{Point, Pose};
 
-/// Start and goal keep at least this much off every obstacle, m.
+/// Start and goal keep at least this much off every obstacle, m of the reference robot, as all lengths here.
 pub(super) const GOAL_CLEARANCE_M: f32 = DESIGN_RADIUS_M + 0.15;
 /// Clearances beyond this are not told apart, m.
 const CLEARANCE_CAP_M: f32 = 2.0;

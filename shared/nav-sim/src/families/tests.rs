@@ -1,5 +1,8 @@
+use super::scene::Scene;
 use super::*;
+use crate::geodesic::GeodesicField;
 use crate::world::{Beside, Person, WalkModel, Whom};
+use nav_core::geometry::Point;
 use std::sync::LazyLock;
 
 const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
@@ -218,4 +221,37 @@ fn names_go_there_and_back() {
     }
     let error = "mazes".parse::<Family>().expect_err("there is no such family");
     assert!(error.to_string().contains("mazes") && error.to_string().contains("maze_tight"), "{error}");
+}
+
+#[test]
+fn a_world_is_as_large_as_its_robot_and_its_people_are_as_they_are() {
+    for (family, seed) in [(Family::Rooms, 3), (Family::Crowd, 4), (Family::Doorway, 5)] {
+        let reference = generate(family, Split::Validation, seed);
+        for (radius_m, factor) in [(0.4, 2.0), (0.1, if family.has_people() { 1.0 } else { 0.5 })] {
+            let (world, field) = generate_with_field(family, Split::Validation, seed, radius_m);
+            let mut expected = reference.clone();
+            expected.grow(factor);
+            assert_eq!(world, expected, "{family} for {radius_m} m");
+            let length_m = |world: &World| (world.goal - world.start.position()).norm();
+            assert!((length_m(&world) - factor * length_m(&reference)).abs() < 1e-4);
+            assert!(
+                field.distance_m(world.start.position()).is_some(),
+                "{family} has a way for {radius_m} m"
+            );
+            let sizes = |world: &World| {
+                world.people.iter().map(|who| (who.radius_m, who.speed_mps)).collect::<Vec<_>>()
+            };
+            assert_eq!(sizes(&world), sizes(&reference));
+            assert_eq!(crate::world_file::check(&world, radius_m), Ok(()), "{family} for {radius_m} m");
+        }
+    }
+}
+
+#[test]
+fn episodes_last_by_distance_over_speed() {
+    let robot = |radius_m, linear_max_mps| Robot { radius_m, linear_max_mps, ..Robot::default() };
+    assert_eq!(Family::Rooms.episode_s(&robot(0.2, 1.0)).to_bits(), 50.0_f32.to_bits());
+    assert_eq!(Family::Maze.episode_s(&robot(0.4, 0.5)).to_bits(), 320.0_f32.to_bits());
+    // Where people walk, a small robot's world is as large as the reference robot's.
+    assert_eq!(Family::Crowd.episode_s(&robot(0.1, 0.5)).to_bits(), 100.0_f32.to_bits());
 }

@@ -10,7 +10,7 @@ use std::f32::consts::SQRT_2;
 const BUCKETS_A_CELL: f32 = 8.0;
 /// More than the spread of the seeds and one step need.
 const BUCKETS: usize = 512;
-/// Smaller improvements are rounding, m.
+/// Smaller improvements are rounding, m in a raster of cells of 0.1 m.
 const ROUNDING_M: f32 = 1e-5;
 
 /// The distance of every cell from the seeds (cell, distance in m) through free cells, m; infinite where there
@@ -25,6 +25,7 @@ pub(super) fn distances_m(raster: &Raster, seeds: &[(usize, f32)]) -> Vec<f32> {
         buckets[bucket_of(distance_m) % BUCKETS].push(cell as u32);
     }
     let stride = raster.stride;
+    let rounding_m = ROUNDING_M * (raster.cell_m / 0.1);
     let mut waiting = seeds.len();
     let mut current = 0;
     while waiting > 0 {
@@ -47,7 +48,7 @@ pub(super) fn distances_m(raster: &Raster, seeds: &[(usize, f32)]) -> Vec<f32> {
             }
             let beside_m = distances_m[next - across].min(distances_m[next + across]);
             let distance_m = solved_m(from_m, beside_m, raster.cell_m);
-            if distance_m < old_m - ROUNDING_M {
+            if distance_m < old_m - rounding_m {
                 distances_m[next] = distance_m;
                 buckets[bucket_of(distance_m) % BUCKETS].push(next as u32);
                 waiting += 1;

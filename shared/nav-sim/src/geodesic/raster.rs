@@ -4,8 +4,8 @@ use crate::collision::closest_on_segment;
 use crate::world::{Disc, Segment, World};
 use nav_core::geometry::{Point, Vector};
 
-/// Side of a cell of a robot of ordinary size, m.
-const CELL_M: f32 = 0.1;
+/// Side of a cell as a share of the robot's radius.
+const CELL_SHARE: f32 = 0.5;
 /// The most cells of a raster: those of the largest map at 5 cm a pixel; with their distances 340 MB. A larger world
 /// gets larger cells.
 const CELLS_MAX: f32 = 6.8e7;
@@ -42,7 +42,7 @@ impl Raster {
     /// Draws a world for a robot of `radius_m` that keeps `margin_m` off everything.
     pub(super) fn new(world: &World, radius_m: f32, margin_m: f32) -> Self {
         let size = world.bounds.max - world.bounds.min;
-        let finest_m = CELL_M.min(0.5 * radius_m);
+        let finest_m = CELL_SHARE * radius_m;
         let cell_m = finest_m.max((size.x / CELLS_MAX * size.y).sqrt());
         let count = |length_m: f32| (length_m / cell_m - 1e-3).ceil().max(1.0) as usize + 2;
         let (stride, rows) = (count(size.x), count(size.y));

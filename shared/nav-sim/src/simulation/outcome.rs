@@ -9,7 +9,7 @@ pub enum Outcome {
     Reached,
     /// The footprint touched an obstacle or a person, or left the bounds (terminated).
     Collided,
-    /// `episode_steps` are over (truncated).
+    /// `episode_s` is over (truncated).
     TimedOut,
 }
 
