@@ -5,7 +5,7 @@ mod common;
 use common::{PERIOD_NS, controller, messages};
 use nav_core::geometry::Pose;
 use nav_core::messages::{Goal, LaserScan, MAX_BEAMS, Odometry, RunState, fault};
-use nav_core::task::Task;
+use nav_core::task::{ShieldMode, Task};
 use nav_core::tick::{Inputs, Tick};
 
 /// A waypoint after another: what left for the base before still counts, for the ramp and for the policy.
@@ -27,10 +27,11 @@ fn a_new_goal_on_the_way_is_no_new_start() {
     assert!((last - 0.5).abs() > 0.2 + 1e-3, "{last}: from what odometry says it could not get here");
 }
 
-/// What lock-step evaluation rests on: a new goal of a robot that stands forgets everything, whatever was driven before.
+/// What lock-step evaluation rests on: a new goal of a robot that stands forgets everything, whatever was driven before. But
+/// for the safety gate: what it saw stands there still, unless the robot was set down elsewhere.
 #[test]
 fn a_new_goal_is_a_new_life() {
-    let task = Task::default();
+    let task = Task { shield: ShieldMode::Off, ..Task::default() };
     let (mut used, mut fresh) = (controller(&task), controller(&task));
     for seq in 1..=60 {
         let (scan, odom, goal) = messages(&task, seq, 1);
