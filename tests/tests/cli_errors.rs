@@ -67,6 +67,13 @@ fn a_manifest_of_another_layout_or_version() {
         manifest["format"] = 99.into();
     });
     assert_model_refused(&stage, &["format 99"]);
+    // An old one has fields that this build does not know, and that is not the point.
+    let stage = Stage::new();
+    edit_manifest(&stage, |manifest| {
+        manifest["format"] = 1.into();
+        manifest["task"]["episode_steps"] = 500.into();
+    });
+    assert_model_refused(&stage, &["format 1", "export the run again"]);
     let stage = Stage::new();
     edit_manifest(&stage, |manifest| {
         manifest.insert("surprise".to_owned(), 1.into());

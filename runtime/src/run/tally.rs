@@ -3,7 +3,7 @@
 use super::rate::ScanRate;
 use crate::latency::Latencies;
 use nav_core::guard::Cause;
-use nav_core::messages::{Header, Odometry, RunState, fault};
+use nav_core::messages::{Goal, Header, Odometry, RunState, fault};
 use nav_core::shield::Hazard;
 use nav_core::tick::{Inputs, TickStatus};
 use nav_model::alloc::Counts;
@@ -64,7 +64,7 @@ pub struct Tally {
     pub causes: heapless::Vec<Cause, CAUSES>,
     /// Goals received.
     pub goals: u64,
-    /// Goals reached, or less than a step away when the next one came or the scans ended.
+    /// Goals reached, or as near as that can be told when the next one came or the scans ended.
     pub goals_reached: u64,
     /// Driven as the odometry saw it, m.
     pub distance_m: f64,
@@ -85,6 +85,9 @@ pub struct Tally {
     goal_id: Option<u32>,
     goal_done: bool,
     last_goal_gap_m: f32,
+    /// Where the goal was last, and the farthest that a correction has moved it, m.
+    last_goal: Goal,
+    corrected_m: f32,
     last_odom: Odometry,
     last_scan_seq: Option<u64>,
     last_tick_ns: Option<u64>,
@@ -122,6 +125,8 @@ impl Tally {
             goal_id: None,
             goal_done: false,
             last_goal_gap_m: f32::INFINITY,
+            last_goal: Goal::default(),
+            corrected_m: 0.0,
             last_odom: Odometry::default(),
             last_scan_seq: None,
             last_tick_ns: None,
@@ -164,7 +169,10 @@ impl Tally {
             self.goal_id = Some(inputs.goal.id);
             self.goal_done = false;
             self.goals += 1;
+            (self.last_goal, self.corrected_m) = (*inputs.goal, 0.0);
         }
+        let moved_m = (inputs.goal.x_m - self.last_goal.x_m).hypot(inputs.goal.y_m - self.last_goal.y_m);
+        (self.last_goal, self.corrected_m) = (*inputs.goal, self.corrected_m.max(moved_m));
         if status.state == RunState::Reached && !self.goal_done {
             self.goal_done = true;
             self.goals_reached += 1;
@@ -173,9 +181,10 @@ impl Tally {
     }
 
     /// The goal that nothing more is heard of counts as reached if it was less than a step away: a simulator
-    /// leaves or moves on as soon as it is reached, so that its last scan shows the step before.
+    /// leaves or moves on as soon as it is reached, so that its last scan shows the step before. It goes by where the robot
+    /// truly is, which the robot knows no better than its goal's corrections were large.
     fn settle_goal(&mut self, step_max_m: f32) {
-        if !self.goal_done && self.last_goal_gap_m <= step_max_m {
+        if !self.goal_done && self.last_goal_gap_m <= step_max_m + self.corrected_m {
             self.goal_done = true;
             self.goals_reached += 1;
         }
@@ -231,7 +240,7 @@ impl Tally {
 mod tests {
     use super::*;
     use nav_core::geometry::Pose;
-    use nav_core::messages::{Goal, LaserScan};
+    use nav_core::messages::LaserScan;
 
     fn tick(tally: &mut Tally, seq: u64, x_m: f32, goal: (u32, f32), state: RunState) {
         tick_with(tally, seq, x_m, goal, (state, 0));
@@ -264,6 +273,28 @@ mod tests {
         assert!((tally.distance_m - 1.05).abs() < 1e-5, "{}", tally.distance_m);
         assert_eq!((tally.goals, tally.goals_reached), (4, 3));
         assert_eq!(tally.states[RunState::Reached as usize], 2);
+    }
+
+    /// A localiser that errs by 5 cm, and a robot that drives 2 cm in a step: who truly is at the goal may seem farther away
+    /// from it than a step.
+    #[test]
+    fn a_slow_robot_is_believed_as_far_as_its_localiser_errs() {
+        for (corrected_m, gap_m, reached) in [(0.05, 0.06, 1), (0.0, 0.06, 0), (0.05, 0.2, 0)] {
+            let mut tally = Tally::new(100);
+            for (seq, x_m) in [(1, 0.0), (2, corrected_m), (3, corrected_m)] {
+                let header = Header { stamp_ns: seq, seq };
+                let goal = Goal { header, id: 7, x_m, radius_m: 0.15, ..Goal::default() };
+                let status = TickStatus {
+                    state: RunState::Driving,
+                    goal_distance_m: goal.radius_m + gap_m,
+                    ..TickStatus::default()
+                };
+                let (scan, odom) = (LaserScan::default(), Odometry { header, ..Odometry::default() });
+                tally.note(&Inputs { scan: &scan, odom: &odom, goal: &goal }, &status, 0.022);
+            }
+            tally.close(0, true, 0.022);
+            assert_eq!((tally.goals, tally.goals_reached), (1, reached), "{corrected_m} {gap_m}");
+        }
     }
 
     #[test]
