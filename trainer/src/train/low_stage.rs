@@ -7,11 +7,12 @@ use nav_core::observation::LOW_ACTION;
 use nav_env::low::{Attempt, LowRobot};
 use nav_env::seeds::derive;
 use nav_env::worlds::Place;
+use nav_sim::normal::standard_normal;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-use super::explore::explore;
+use super::explore::{Held, explore};
 use super::learners::Learners;
 use super::low_learner::OTHER;
 use super::plan::StagePlan;
@@ -31,6 +32,9 @@ pub struct LowStage {
     collapse: CollapseConfig,
     robots: Vec<LowRobot>,
     explorers: Vec<Rng>,
+    /// What each explores with, and for how many ticks.
+    held: Vec<Held>,
+    hold_ticks: u32,
     env_steps: u64,
     attempts: Window,
     /// Each robot's present attempt.
@@ -42,6 +46,7 @@ pub struct LowStage {
 struct LowStageState {
     histories: Vec<(u64, Vec<[f32; LOW_ACTION]>)>,
     explorers: Vec<Rng>,
+    held: Vec<Held>,
     env_steps: u64,
     attempts: Window,
     trails: Vec<Trail>,
@@ -61,6 +66,8 @@ impl LowStage {
             collapse: low.collapse.clone(),
             robots: seeds.map(robot).collect(),
             explorers: exploration.map(Rng::seed_from_u64).collect(),
+            held: vec![Held::default(); plan.robots],
+            hold_ticks: config.task.ticks(config.task.scale().step_s()),
             env_steps: 0,
             attempts: Window::new(1_000),
             trails: vec![Trail::default(); plan.robots],
@@ -77,12 +84,14 @@ impl Stage for LowStage {
         let (low, progress, robots) = (&mut learners.low, self.progress(), self.robots.len());
         let mut transitions = Vec::new();
         for (index, (robot, rng)) in self.robots.iter_mut().zip(&mut self.explorers).enumerate() {
+            let held = &mut self.held[index];
             let action = if low.is_warm() {
                 let mut action = [0.0; LOW_ACTION];
                 low.acting().run(robot.observation(), &mut action);
-                explore(self.noise, (index, robots), progress, action, rng)
+                let noise = held.next(self.hold_ticks, || standard_normal(rng));
+                explore(self.noise, (index, robots), progress, action, noise)
             } else {
-                [rng.random_range(-1.0..=1.0), rng.random_range(-1.0..=1.0)]
+                held.next(self.hold_ticks, || rng.random_range(-1.0..=1.0))
             };
             let observation = *robot.observation();
             let report = robot.step(action, &mut transitions);
@@ -167,6 +176,7 @@ impl Stage for LowStage {
         let state = LowStageState {
             histories: self.robots.iter().map(history).collect(),
             explorers: self.explorers.clone(),
+            held: self.held.clone(),
             env_steps: self.env_steps,
             attempts: self.attempts.clone(),
             trails: self.trails.clone(),
@@ -176,12 +186,13 @@ impl Stage for LowStage {
 
     fn restore_from(&mut self, checkpoint: &Checkpoint, _: &mut Learners) -> Result<()> {
         let state: LowStageState = checkpoint.value("stage")?;
-        let lengths = [state.histories.len(), state.explorers.len(), state.trails.len()];
-        ensure!(lengths == [self.robots.len(); 3], OTHER);
+        let lengths = [state.histories.len(), state.explorers.len(), state.held.len(), state.trails.len()];
+        ensure!(lengths == [self.robots.len(); 4], OTHER);
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {
             robot.replay(*number, actions);
         }
         self.explorers = state.explorers;
+        self.held = state.held;
         self.env_steps = state.env_steps;
         self.attempts = state.attempts;
         self.trails = state.trails;

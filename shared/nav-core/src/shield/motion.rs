@@ -13,6 +13,8 @@ const FINE_MOMENTS: usize = 10;
 const REST_MPS: f32 = 0.02;
 /// The fine step is the control period, or a part or a multiple of it, within these bounds, s of the reference robot...
 const FINE_STEP_S: [f32; 2] = [0.08, 0.12];
+/// ...and these, s, because people do not slow down with the robot...
+const PEOPLE_STEP_S: [f32; 2] = [0.2, 0.3];
 /// ...unless the base is so late that more of them would pass until it obeys.
 pub(super) const LATE_MAX: usize = 4;
 
@@ -34,8 +36,8 @@ impl Clock {
     pub(super) fn new(task: &Task) -> Self {
         let (period_s, scale) = (task.control_period_s, task.scale());
         let late_s = task.robot.latency_s / LATE_MAX as f32;
-        let [least_s, most_s] =
-            [scale.s(FINE_STEP_S[0]).max(late_s), scale.s(FINE_STEP_S[1]).max(1.5 * late_s)];
+        let bound_s = |at: usize| scale.s(FINE_STEP_S[at]).min(PEOPLE_STEP_S[at]);
+        let (least_s, most_s) = (bound_s(0).max(late_s), bound_s(1).max(1.5 * late_s));
         let parts = libm::ceilf(period_s / most_s).max(1.0);
         let part_s = period_s / parts;
         let fine_s = part_s * libm::ceilf(least_s / part_s).max(1.0);

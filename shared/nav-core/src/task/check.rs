@@ -97,3 +97,42 @@ impl Task {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::Robot;
+
+    #[test]
+    fn robots_of_all_sizes_and_speeds_have_defaults_that_make_sense_at_5_to_50_hz() {
+        for (radius_m, linear_max_mps, linear_acceleration_mps2) in [
+            (0.105, 0.22, 2.5),
+            (0.2, 1.0, 0.3),
+            (0.27, 2.0, 20.0),
+            (0.6, 1.0, 1.0),
+            (0.72, 0.5, 0.3),
+            (0.05, 0.5, 2.0),
+        ] {
+            let robot = Robot { radius_m, linear_max_mps, linear_acceleration_mps2, ..Robot::default() };
+            for control_period_s in [0.2, 0.1, 0.05, 0.02] {
+                let task = Task { control_period_s, ..Task::of(robot) };
+                assert_eq!(task.validate(), Ok(()), "{task:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn limits_are_the_robots_own() {
+        let small = Task::of(Robot { radius_m: 0.1, ..Robot::default() });
+        let mut task = small;
+        task.decision.subgoal_distance_m = 2.0;
+        assert!(
+            task.validate().is_err_and(|sentence| sentence.contains("20 at most")),
+            "20 radii of a small robot"
+        );
+        let fast = Task { control_period_s: 0.001, ..small };
+        assert!(fast.validate().is_ok());
+        let slow = Task { control_period_s: 0.001, ..Task::of(Robot { radius_m: 0.8, ..Robot::default() }) };
+        assert!(slow.validate().is_err_and(|sentence| sentence.contains("500th")));
+    }
+}
