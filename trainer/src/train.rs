@@ -18,6 +18,7 @@ pub mod trail;
 pub mod run;
 pub mod low_score;
 pub mod gate;
+pub mod verdict;
 pub mod policy;
 pub mod run_folder;
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::acting::{Normaliser, pack};
 use crate::config::Config;
 use crate::nn::{Mlp, MlpShape, Rng};
-use crate::train::gate::GateReport;
+use crate::train::verdict::GateReport;
 
 /// A network's shape and weights.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

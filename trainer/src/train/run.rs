@@ -9,12 +9,13 @@ use nav_host::terminal::{note, warn};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-use super::gate::{self, GateReport, Networks, Purpose};
+use super::gate::{self, Networks, Purpose};
 use super::learners::Learners;
 use super::low_score::{LowReport, score_low};
 use super::plan::{self, Learns};
 use super::policy::{Policy, Weights};
 use super::run_folder::RunFolder;
+use super::verdict::{self, GateReport};
 use crate::checkpoint::{Checkpoint, CheckpointStore};
 use crate::config::Config;
 use crate::logs::ScalarLog;
@@ -214,7 +215,7 @@ impl Run {
             Some(_) => gate::score_families(&self.config, &task, &whole, &places)?,
             None => flat.clone(),
         };
-        let missed = gate::missed(&self.config, &low.all, &families, scorer.is_some());
+        let missed = verdict::missed(&self.config, &low.all, &families, scorer.is_some());
         let policy = Policy {
             config_toml: self.config.to_toml(),
             commit: self.meta.commit.clone(),
