@@ -20,6 +20,9 @@ use crate::evaluate::policies::PolicyArg;
     after_help = "The usual way:\n  trainer train        trains the hybrid (profile quick: a few minutes) into runs/\n  \
                   trainer export       writes the newest run as ONNX into models/\n  \
                   trainer evaluate     drives models/ on worlds that training never saw\n\
+                  When a run misses its gate (status 1; what was trained is kept):\n  \
+                  trainer train --resume runs/1 --more 200000     trains it further\n  \
+                  trainer gate runs/1 --config looser.toml        judges it by other thresholds ([gate])\n\
                   Exit status: 0 when done, 1 on an error, 2 when the command line makes no sense, 129, 130 or 143 after \
                   SIGHUP, Ctrl-C or SIGTERM."
 )]
@@ -37,6 +40,8 @@ pub struct Cli {
 pub enum Command {
     /// Trains a policy; Ctrl-C saves it, --resume continues.
     Train(TrainArgs),
+    /// Judges a finished run anew, by other thresholds; what was said before is kept, and the model card tells both.
+    Gate(GateArgs),
     /// Writes a trained policy as ONNX, with manifest, golden pairs and model card.
     Export(ExportArgs),
     /// Drives policies on held-out worlds and writes table, CSV, JSON and pictures.
@@ -66,6 +71,14 @@ impl AlgorithmArg {
 
 /// `trainer train`
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  trainer train                                      a hybrid with the profile quick, into runs/
+  trainer train --config mine.toml --seed 3 --attempts 1
+  trainer train --resume                             goes on with what Ctrl-C or a pulled plug ended
+  trainer train --resume runs/1 --more 200000        goes on with a run that has finished
+Exit status: 0 when the gate was passed, 1 on an error or when it was missed (the run is kept, and what can be done is said), \
+129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM.")]
 pub struct TrainArgs {
     /// How much is spent [default: quick, or what --config says]
     #[arg(long, value_enum)]
@@ -85,6 +98,14 @@ pub struct TrainArgs {
     /// Continue an interrupted run exactly where it was [without a folder: the newest in runs/]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, conflicts_with_all = ["profile", "algorithm", "seed", "config", "out"])]
     pub resume: Option<Option<PathBuf>>,
+    /// With --resume: trains a finished run for so many environment steps more and judges it again. Its stages share them as
+    /// they shared those before: first the low level, then the high level above it
+    #[arg(long, value_name = "STEPS", requires = "resume", value_parser = clap::value_parser!(u64).range(1..=10_000_000_000))]
+    pub more: Option<u64>,
+    /// Seeds to try, this one included, each in a folder of its own, as long as the gate is missed narrowly: no threshold by
+    /// more than 5 percentage points, so that luck may be to blame
+    #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "resume", value_parser = clap::value_parser!(u32).range(1..=20))]
+    pub attempts: u32,
     /// With --algorithm dqn: the finished run whose low level to use
     #[arg(long, value_name = "FOLDER", conflicts_with = "resume")]
     pub low: Option<PathBuf>,
@@ -93,10 +114,27 @@ pub struct TrainArgs {
     pub print_config: bool,
 }
 
+/// `trainer gate`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The validation worlds are driven again with the policy as it is. A file with nothing but the thresholds to change is enough:
+  [gate]
+  low_reach = 0.85
+Exit status: 0 when the gate is passed, 1 when it is missed or on an error.")]
+pub struct GateArgs {
+    /// The finished run
+    #[arg(value_name = "RUN")]
+    pub run: PathBuf,
+    /// A TOML file whose [gate] counts instead of the run's own; anything else in it must be as in the run
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+}
+
 /// `trainer export`
 #[derive(Debug, Args)]
 pub struct ExportArgs {
-    /// The run to export [default: the newest finished run in runs/]
+    /// The run to export; of one that missed its gate, the attempt after it that passed [default: the newest finished run
+    /// in runs/]
     #[arg(long, value_name = "FOLDER")]
     pub run: Option<PathBuf>,
     /// Where to write the model

@@ -1,4 +1,7 @@
-//! `trainer train` and `trainer export`: from arguments to a checked plan, and what is said at the end.
+//! `trainer train` and `trainer export`: from arguments to a checked plan, from one attempt to the next.
+
+pub mod gate;
+mod words;
 
 use anyhow::{Context, Result, bail, ensure};
 use nav_core::manifest::Algorithm;
@@ -6,11 +9,13 @@ use nav_core::task::Task;
 use nav_host::exit::Exit;
 use nav_host::stop::{Second, Stop};
 use nav_host::terminal::{debug, note, say, tell};
+use std::fs::File;
 use std::path::Path;
 
 use crate::cli::{AlgorithmArg, ExportArgs, TrainArgs};
 use crate::config::{Config, Profile, bounds};
 use crate::export;
+use crate::train::past::Attempts;
 use crate::train::policy::Policy;
 use crate::train::run::{End, Run};
 use crate::train::run_folder::RunFolder;
@@ -27,18 +32,66 @@ pub fn train(args: &TrainArgs) -> Result<Exit> {
     }
     let stop = Stop::listen(Second::EndsAtOnce).context("signals cannot be taken over")?;
     crate::nn::init_torch();
-    let folder = match &args.resume {
-        Some(Some(path)) => RunFolder::open(path)?,
-        Some(None) => RunFolder::newest(RunFolder::is_unfinished, "unfinished")?,
-        None => {
-            let config = plan(args)?;
-            let low = args.low.as_deref().map(|low| borrowed_low(low, &config)).transpose()?;
-            let path = args.out.clone().unwrap_or_else(|| RunFolder::next_path(&config));
-            RunFolder::create(&path, &config, low.as_ref())?
+    // The lock of an attempt is held until the next one has its own.
+    let (mut folder, mut lock) = begin(args)?;
+    loop {
+        match train_once(&folder, stop.clone())? {
+            Some(exit) => {
+                drop(lock);
+                return Ok(exit);
+            }
+            None => folder = next_attempt(&folder)?.context("no attempt is due: this is a defect")?,
         }
+        lock = folder.lock()?;
+    }
+}
+
+/// The folder to train in, locked.
+fn begin(args: &TrainArgs) -> Result<(RunFolder, File)> {
+    let Some(resume) = &args.resume else {
+        let config = plan(args)?;
+        let low = args.low.as_deref().map(|low| borrowed_low(low, &config)).transpose()?;
+        let path = args.out.clone().unwrap_or_else(|| RunFolder::next_path(&config));
+        let folder = RunFolder::create(&path, &config, low.as_ref(), &Attempts::first(args.attempts))?;
+        let lock = folder.lock()?;
+        return Ok((folder, lock));
     };
+    let named = resume.as_deref().map(RunFolder::open).transpose()?;
+    if let Some(env_steps) = args.more {
+        let newest = || RunFolder::newest(RunFolder::is_finished, "finished");
+        let folder = named.map_or_else(newest, Ok)?;
+        let lock = folder.lock()?;
+        folder.begin_more(env_steps)?;
+        return Ok((folder, lock));
+    }
+    let newest = || RunFolder::newest(RunFolder::is_unfinished, "unfinished");
+    let folder = named.map_or_else(newest, Ok)?.last_attempt()?;
+    let lock = folder.lock()?;
+    if let Some(next) = next_attempt(&folder)? {
+        let lock = next.lock()?;
+        return Ok((next, lock));
+    }
     refuse_to_go_on(&folder)?;
-    let _lock = folder.lock()?;
+    Ok((folder, lock))
+}
+
+/// Makes the folder of another attempt, where one is due.
+fn next_attempt(folder: &RunFolder) -> Result<Option<RunFolder>> {
+    let Some((path, config, attempts)) = folder.due_attempt()? else { return Ok(None) };
+    let missed = attempts.earlier.last().map_or("", |attempted| attempted.missed.as_str());
+    tell(format_args!(
+        "{} missed its gate narrowly: {missed}; attempt {} of {} tries seed {} in {}",
+        folder.path().display(),
+        attempts.number(),
+        attempts.of,
+        config.seed,
+        path.display()
+    ));
+    RunFolder::create(&path, &config, folder.borrowed_low()?.as_ref(), &attempts).map(Some)
+}
+
+/// Trains one run to its end, or until somebody asks to stop; nothing if another attempt is due.
+fn train_once(folder: &RunFolder, stop: Stop) -> Result<Option<Exit>> {
     let run = Run::open(folder.clone(), stop)?;
     let config = run.config();
     note(format_args!(
@@ -55,16 +108,25 @@ pub fn train(args: &TrainArgs) -> Result<Exit> {
             let what =
                 if is_saved { "stopped and saved" } else { "stopped; what came after the last save is lost" };
             tell(format_args!("{what}; continue with: trainer train --resume {}", folder.path().display()));
-            Ok(Exit::Stopped(signal))
+            Ok(Some(Exit::Stopped(signal)))
         }
         End::Failed(reason) => {
+            if folder.take_more_back(&reason)? {
+                bail!(
+                    "{} was not trained on, its policy is the one before: {reason}",
+                    folder.path().display()
+                );
+            }
             folder.save_failure(&reason)?;
             bail!("the run {} is stopped for good: {reason}", folder.path().display());
         }
         End::Finished(policy) => {
-            say(reached(&policy, folder.path()));
-            ensure!(policy.gate.missed.is_empty(), missed(&policy));
-            Ok(Exit::Done)
+            say(words::reached(&policy, folder.path()));
+            if policy.gate.is_passed() {
+                return Ok(Some(Exit::Done));
+            }
+            ensure!(folder.due_attempt()?.is_some(), words::missed(&policy, folder.path()));
+            Ok(None)
         }
     }
 }
@@ -77,19 +139,16 @@ fn refuse_to_go_on(folder: &RunFolder) -> Result<()> {
     }
     if folder.is_finished() {
         let policy = folder.policy()?;
-        ensure!(policy.gate.missed.is_empty(), "{path} has finished, but {}", missed(&policy));
-        bail!("{path} has already finished: `trainer export --run {path}` exports it");
+        ensure!(
+            policy.gate.is_passed(),
+            "{path} has finished, but {}",
+            words::missed(&policy, folder.path())
+        );
+        bail!(
+            "{path} has already finished: `trainer export --run {path}` exports it, and --more trains it further"
+        );
     }
     Ok(())
-}
-
-/// That a finished run cannot be used, and what to do.
-fn missed(policy: &Policy) -> String {
-    format!(
-        "the gate was not passed, so that it cannot be exported: {}; train with another --seed, or change the \
-         configuration (--config)",
-        policy.gate.missed.join("; ")
-    )
 }
 
 /// The policy of a finished run, whose low level a run of `config` can use.
@@ -138,30 +197,6 @@ fn plan(args: &TrainArgs) -> Result<Config> {
     Ok(config)
 }
 
-/// What was reached, and what comes next.
-fn reached(policy: &Policy, folder: &Path) -> String {
-    use std::fmt::Write as _;
-    let mut text = format!(
-        "\ntrained in {:.0} s: {} steps, {} updates\n{:<10} {:>8} {:>10} {:>7}   (td3 straight at the goal)\n",
-        policy.seconds, policy.env_steps, policy.updates, "family", "success", "collision", "spin"
-    );
-    for (score, flat) in policy.gate.families.iter().zip(&policy.gate.flat) {
-        let _ = writeln!(
-            text,
-            "{:<10} {:>6.1} % {:>8.1} % {:>5.1} %   {:.1} %",
-            score.family.to_string(),
-            100.0 * score.success(),
-            100.0 * score.collision(),
-            100.0 * score.spin,
-            100.0 * flat.success()
-        );
-    }
-    if policy.gate.missed.is_empty() {
-        let _ = writeln!(text, "\ngate passed; export it with: trainer export --run {}", folder.display());
-    }
-    text.trim_end().to_owned()
-}
-
 /// Exports.
 ///
 /// # Errors
@@ -172,9 +207,35 @@ pub fn export(args: &ExportArgs) -> Result<Exit> {
         Some(path) => RunFolder::open(path)?,
         None => RunFolder::newest(RunFolder::is_finished, "finished")?,
     };
-    let policy = folder.policy()?;
+    let (folder, policy) = passed_attempt(folder)?;
+    ensure!(
+        policy.gate.is_passed(),
+        "the run {} was not exported: {}",
+        folder.path().display(),
+        words::missed(&policy, folder.path())
+    );
     let written = export::export(&policy, &args.out)
         .with_context(|| format!("the run {} was not exported", folder.path().display()))?;
     say(written.trim_end());
     Ok(Exit::Done)
+}
+
+/// The run itself, or the attempt after it that passed where it missed.
+fn passed_attempt(folder: RunFolder) -> Result<(RunFolder, Policy)> {
+    let policy = folder.policy()?;
+    if !policy.gate.is_passed() {
+        let last = folder.clone().last_attempt()?;
+        if last.is_finished() && last.path() != folder.path() {
+            let passed = last.policy()?;
+            if passed.gate.is_passed() {
+                note(format_args!(
+                    "{} missed its gate; {}, the attempt after it, passed and is exported",
+                    folder.path().display(),
+                    last.path().display()
+                ));
+                return Ok((last, passed));
+            }
+        }
+    }
+    Ok((folder, policy))
 }

@@ -17,6 +17,7 @@ use crate::td3::Td3Config;
 
 mod profiles;
 mod read;
+mod thresholds;
 pub mod bounds;
 mod check;
 mod robots;

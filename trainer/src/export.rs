@@ -13,9 +13,10 @@
 mod golden;
 mod manifest;
 mod card;
+mod story;
 mod folder;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, ensure};
 use nav_core::manifest::{MANIFEST_FILE, SIGNATURE_FILE};
 use nav_host::files::write_atomically;
 use nav_host::sha256::sha256_hex;
@@ -45,12 +46,7 @@ const CARD: &str = "README.md";
 /// A policy that missed its gate, engines that disagree by more than 1e-5, numbers that are not finite, or
 /// files that cannot be written.
 pub fn export(policy: &Policy, folder: &Path) -> Result<String> {
-    if !policy.gate.missed.is_empty() {
-        bail!(
-            "it did not pass its gate: {}; train with another --seed, or change the configuration (--config)",
-            policy.gate.missed.join("; ")
-        );
-    }
+    ensure!(policy.gate.is_passed(), "it did not pass its gate: {}", policy.gate.sentences());
     let golden = golden_pairs(policy)?;
     let properties = [("commit", policy.commit.as_str()), ("layout", nav_core::observation::LAYOUT)];
     let normalisation = Normalisation {

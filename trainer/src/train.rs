@@ -2,8 +2,9 @@
 //!
 //! Reading order: [`plan`] (the stages as data), [`learners`] with [`low_learner`] and [`high_learner`] (what outlives
 //! a stage), [`stage`] (what every stage does) with [`low_stage`] and [`high_stage`] (the robots that drive in one) and
-//! [`window`] and [`trail`] (what is told of their driving), [`run`] (what happens when), [`low_score`] and [`gate`]
-//! (what must be reached), [`policy`] and [`run_folder`] (what is kept).
+//! [`window`] and [`trail`] (what is told of their driving), [`run`] (what happens when), [`low_score`], [`gate`]
+//! and [`verdict`] (what must be reached), [`policy`], [`past`] and [`run_folder`] (what is kept), [`going_on`] (what
+//! comes after the end: another attempt, or more steps).
 
 pub mod plan;
 pub mod learners;
@@ -19,8 +20,10 @@ pub mod run;
 pub mod low_score;
 pub mod gate;
 pub mod verdict;
+pub mod past;
 pub mod policy;
 pub mod run_folder;
+pub mod going_on;
 
 #[cfg(test)]
 mod tests;

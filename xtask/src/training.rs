@@ -49,7 +49,10 @@ impl Training<'_> {
 
     fn train(&self, algorithm: &str, run: &Path) -> Command {
         let mut train = trainer(self.programs);
-        train.args(["train", "--profile", "quick", "--algorithm", algorithm, "--out"]).arg(run);
+        // The folder that was named is the one that is used.
+        train
+            .args(["train", "--profile", "quick", "--attempts", "1", "--algorithm", algorithm, "--out"])
+            .arg(run);
         if let Some(seed) = self.seed {
             train.args(["--seed", &seed.to_string()]);
         }

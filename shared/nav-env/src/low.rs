@@ -309,6 +309,12 @@ impl LowRobot {
         self.target_is_goal
     }
 
+    /// What it drives at, world frame, for all that odometry is wrong about it now.
+    pub fn true_target(&self) -> Point {
+        let local = self.episode.navigator().pose().local_from_parent(self.target);
+        self.episode.simulation().pose().parent_from_local(local)
+    }
+
     /// The episode it drives.
     pub fn episode(&self) -> &Episode {
         &self.episode

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 const MAGIC: [u8; 8] = *b"HNAVCKPT";
 /// Rises whenever anything that a checkpoint or a policy keeps changes its shape.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// Magic, version, number of sections, step, length of the body.
 const HEADER_BYTES: u64 = 8 + 4 + 4 + 8 + 8;
 /// The CRC-32 at the end.
@@ -273,6 +273,11 @@ impl Checkpoint {
     /// The file it came from.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Whether there is a value of that name.
+    pub fn has(&self, name: &str) -> bool {
+        self.values.contains_key(name)
     }
 
     /// A value.

@@ -62,7 +62,7 @@ fn driven(overrides: &toml::Table) -> Result<Task> {
 }
 
 /// Lays `overrides` over `base`, refusing keys that `base` does not have.
-fn merge(base: &mut toml::Table, overrides: toml::Table, path: &str) -> Result<()> {
+pub(super) fn merge(base: &mut toml::Table, overrides: toml::Table, path: &str) -> Result<()> {
     for (key, value) in overrides {
         let full = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
         match (base.get_mut(&key), value) {

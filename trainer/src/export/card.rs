@@ -5,6 +5,7 @@ use nav_core::task::Task;
 use nav_host::sha256::sha256_hex;
 use std::fmt::Write as _;
 
+use super::story;
 use crate::config::Config;
 use crate::train::policy::Policy;
 
@@ -25,10 +26,10 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
         "# Model card\n\n\
          A navigation policy for a differential-drive robot with a planar lidar: {kind}.\n\n\
          | | |\n|---|---|\n\
-         | made with | `trainer train --profile {} --algorithm {} --seed {}`, then `trainer export` |\n\
+         | made with | {} |\n\
          | configuration | SHA-256 {}{} |\n\
          | commit | {} |\n\
-         | training | {} steps, {} updates, {:.0} s |\n\
+         | training | {} |\n{}\
          | families | {} |\n\
          | robot | radius {} m, up to {} m/s, {} m/s back and {} rad/s |\n\
          | lidar | {} beams, {:.0} degrees, {} m |\n\
@@ -36,15 +37,12 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
          | deviation margin | {} |\n\n\
          ## Validation worlds (never trained on, and others chose the deviation margin)\n\n\
          | family | worlds | success | collision | spin | its TD3 straight at the goal |\n|---|---|---|---|---|---|\n",
-        config.profile,
-        if is_hybrid { "hybrid" } else { "td3" },
-        config.seed,
+        story::made_with(policy, &config),
         &sha256_hex(policy.config_toml.as_bytes())[..12],
         if is_plain(&config) { ", the profile's own" } else { ", with changes" },
         policy.commit,
-        policy.env_steps,
-        policy.updates,
-        policy.seconds,
+        story::words(&policy.spent()),
+        story::rows(policy),
         families.join(", "),
         policy.task.robot.radius_m,
         policy.task.robot.linear_max_mps,
@@ -70,12 +68,13 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
     }
     let _ = write!(
         text,
-        "\nThe low level alone, with the disturbances of training, {}.\n\n\
+        "\nThe low level alone, with the disturbances of training, {}.\n\n{}\n\
          ## Limits\n\n\
          Trained and scored in simulation. It is not a certified safety function: detecting people and the \
          emergency stop stay in hardware. Crowds of people who do not look are its weak spot; see the collision \
          column.\n",
-        policy.gate.low
+        policy.gate.low,
+        story::verdicts(policy, &config),
     );
     Ok(text)
 }

@@ -6,12 +6,15 @@ use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_COUNT, Task};
 use nav_env::batch::{BatchOptions, drive_all};
 use nav_env::worlds::{Place, generate_places};
+use nav_host::terminal::note;
 use nav_sim::families::{Family, Split};
 use serde::{Deserialize, Serialize};
 
 use crate::acting::{Normaliser, pack};
 use crate::config::Config;
+use crate::train::low_score::LowReport;
 use crate::train::policy::Weights;
+use crate::train::verdict::{GateReport, missed};
 
 /// How a policy does on a family's validation worlds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,6 +129,22 @@ pub fn score_families(
         score.spin /= steps.max(1.0);
     }
     Ok(scores)
+}
+
+/// Judges networks, whose low level alone was scored already, by the thresholds of a configuration.
+///
+/// # Errors
+/// A network that the executor cannot hold.
+pub fn judge(config: &Config, task: &Task, networks: &Networks<'_>, low: LowReport) -> Result<GateReport> {
+    note(format_args!("  validation  driving {} other unseen worlds a family", config.gate.worlds));
+    let places = validation_places(config, Purpose::Judge);
+    let flat = score_families(config, task, &Networks { scorer: None, ..*networks }, &places)?;
+    let families = match networks.scorer {
+        Some(_) => score_families(config, task, networks, &places)?,
+        None => flat.clone(),
+    };
+    let missed = missed(config, &low.all, &families, networks.scorer.is_some());
+    Ok(GateReport { low, families, flat, thresholds: config.gate.clone(), missed })
 }
 
 /// One number to choose by: mean success, less a quarter of mean collision.

@@ -19,7 +19,7 @@ use super::high_learner::HighLearner;
 use super::learners::Learners;
 use super::low_learner::OTHER;
 use super::plan::StagePlan;
-use super::stage::Stage;
+use super::stage::{STAGE, Stage};
 use super::trail::Trail;
 use super::window::{Ended, Window};
 use crate::checkpoint::{Checkpoint, Contents};
@@ -30,6 +30,8 @@ use crate::nn::Rng;
 /// The robots of a high level that learns.
 pub struct HighStage {
     budget: u64,
+    /// Whether it goes on where an earlier stage ended.
+    goes_on: bool,
     config: HighConfig,
     robots: Vec<HighRobot>,
     explorers: Vec<Rng>,
@@ -69,6 +71,7 @@ impl HighStage {
             |seed| HighRobot::new(high.robot(), places.clone(), &config.task, &config.disturbance, seed);
         Self {
             budget: plan.budget,
+            goes_on: plan.goes_on,
             config: high.clone(),
             robots: seeds.map(robot).collect(),
             explorers: exploration.map(Rng::seed_from_u64).collect(),
@@ -82,8 +85,16 @@ impl HighStage {
     /// Share of random choices now.
     fn epsilon(&self) -> f32 {
         let [start, end] = self.config.epsilon;
+        if self.goes_on {
+            return end;
+        }
         let span = self.config.epsilon_share * self.budget as f32;
         start + (end - start) * (self.decisions as f32 / span.max(1.0)).min(1.0)
+    }
+
+    /// What the learning rate goes by.
+    fn progress(&self) -> f32 {
+        if self.goes_on { 1.0 } else { self.decisions as f32 / self.budget as f32 }
     }
 
     fn take_in(&mut self, harvest: &Harvest, high: &mut HighLearner) {
@@ -108,7 +119,7 @@ impl Stage for HighStage {
     fn round(&mut self, learners: &mut Learners) -> Result<()> {
         let Learners { low, high } = learners;
         let high = high.as_mut().context("a flat policy has no high level: this is a defect")?;
-        let (epsilon, progress) = (self.epsilon(), self.decisions as f32 / self.budget as f32);
+        let (epsilon, progress) = (self.epsilon(), self.progress());
         let (goal_share, robots, explorers) =
             (self.config.random_goal_share, &mut self.robots, &mut self.explorers);
         let low = low.acting();
@@ -170,11 +181,11 @@ impl Stage for HighStage {
             episodes: self.episodes.clone(),
             trails: self.trails.clone(),
         };
-        Ok(contents.value("stage", &state)?)
+        Ok(contents.value(STAGE, &state)?)
     }
 
     fn restore_from(&mut self, checkpoint: &Checkpoint, learners: &mut Learners) -> Result<()> {
-        let state: HighStageState = checkpoint.value("stage")?;
+        let state: HighStageState = checkpoint.value(STAGE)?;
         let lengths = [state.histories.len(), state.explorers.len(), state.trails.len()];
         ensure!(lengths == [self.robots.len(); 3], OTHER);
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {

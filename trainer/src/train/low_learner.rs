@@ -32,6 +32,10 @@ pub struct LowLearner {
     normaliser: Option<Normaliser>,
     /// Transitions ever stored, the warm-up's too.
     stored: u64,
+    /// Of these, those that no update is due for: the first, and those that refill the buffer after a rest.
+    unpaid: u64,
+    /// Updates before them.
+    updates_before: u64,
     sampler: Rng,
     batch: Batch,
     acting: ActingNetwork,
@@ -46,6 +50,8 @@ pub struct LowLearnerState {
     replay: ReplayPosition,
     normaliser: Option<Normaliser>,
     stored: u64,
+    unpaid: u64,
+    updates_before: u64,
     sampler: Rng,
     losses: Td3Losses,
     rate_factor: f32,
@@ -80,11 +86,12 @@ impl LowLearner {
         Ok(Self {
             acting: pack(learner.actor(), Some(&Normaliser::identity()), 1)?,
             learner,
-            replay: ReplayBuffer::try_new(replay_capacity, ROW)
-                .context("no memory for the replay buffer: lower low.replay_capacity")?,
+            replay: replay(replay_capacity)?,
             warmup: Vec::new(),
             normaliser: None,
             stored: 0,
+            unpaid: config.low.warmup_steps,
+            updates_before: 0,
             sampler: Rng::seed_from_u64(derive(config.seed, 2)),
             batch: Batch::new(config.low.batch, LOW_OBSERVATION, LOW_ACTION)
                 .with_mirror(config.low.mirror.then_some(MIRROR)),
@@ -122,8 +129,8 @@ impl LowLearner {
         if !self.is_warm() && self.stored >= self.config.warmup_steps {
             self.finish_warmup()?;
         }
-        let due = self.stored.saturating_sub(self.config.warmup_steps)
-            / u64::from(self.config.env_steps_per_update);
+        let paid = self.stored.saturating_sub(self.unpaid);
+        let due = self.updates_before + paid / u64::from(self.config.env_steps_per_update);
         if self.learner.updates() >= due {
             return Ok(());
         }
@@ -175,6 +182,21 @@ impl LowLearner {
         self.replay = ReplayBuffer::new(1, ROW);
     }
 
+    /// Learns on after a stage in which it did not. A buffer that was given back is filled again, by the policy as it is,
+    /// for as long as the warm-up took, before the next update.
+    ///
+    /// # Errors
+    /// A replay buffer that the machine cannot hold.
+    pub fn wake(&mut self) -> Result<()> {
+        self.updates_before = self.learner.updates();
+        self.unpaid = self.stored;
+        if self.replay.position().capacity < self.config.replay_capacity {
+            self.replay = replay(self.config.replay_capacity)?;
+            self.unpaid += self.config.warmup_steps;
+        }
+        Ok(())
+    }
+
     /// The learning rule.
     pub fn learner(&self) -> &Td3 {
         &self.learner
@@ -219,6 +241,8 @@ impl LowLearner {
             replay: self.replay.position(),
             normaliser: self.normaliser.clone(),
             stored: self.stored,
+            unpaid: self.unpaid,
+            updates_before: self.updates_before,
             sampler: self.sampler.clone(),
             losses: self.losses,
             rate_factor: self.rate_factor,
@@ -235,11 +259,18 @@ impl LowLearner {
         self.warmup.clear();
         self.normaliser = state.normaliser;
         self.stored = state.stored;
+        self.unpaid = state.unpaid;
+        self.updates_before = state.updates_before;
         self.sampler = state.sampler;
         self.losses = state.losses;
         self.rate_factor = state.rate_factor;
         self.refresh()
     }
+}
+
+fn replay(capacity: usize) -> Result<ReplayBuffer> {
+    let buffer = ReplayBuffer::try_new(capacity, ROW);
+    buffer.context("no memory for the replay buffer: lower low.replay_capacity")
 }
 
 fn store(replay: &mut ReplayBuffer, normaliser: &Normaliser, mut transition: LowTransition) {

@@ -16,7 +16,7 @@ use super::explore::{Held, explore};
 use super::learners::Learners;
 use super::low_learner::OTHER;
 use super::plan::StagePlan;
-use super::stage::Stage;
+use super::stage::{STAGE, Stage};
 use super::trail::{Judged, Trail};
 use super::window::{Ended, Window};
 use crate::checkpoint::{Checkpoint, Contents};
@@ -27,6 +27,8 @@ use crate::nn::Rng;
 /// The robots of a low level that learns.
 pub struct LowStage {
     budget: u64,
+    /// Whether it goes on where an earlier stage ended.
+    goes_on: bool,
     /// Standard deviation of the exploration noise, `[least, most]`.
     noise: [f32; 2],
     collapse: CollapseConfig,
@@ -62,6 +64,7 @@ impl LowStage {
             |seed| LowRobot::new(low.robot(), places.clone(), &config.task, &config.disturbance, seed);
         Self {
             budget: plan.budget,
+            goes_on: plan.goes_on,
             noise: low.noise,
             collapse: low.collapse.clone(),
             robots: seeds.map(robot).collect(),
@@ -74,8 +77,14 @@ impl LowStage {
         }
     }
 
-    fn progress(&self) -> f32 {
+    /// Share of the stage that is over.
+    fn share(&self) -> f32 {
         self.env_steps as f32 / self.budget as f32
+    }
+
+    /// What exploration and learning rates go by.
+    fn progress(&self) -> f32 {
+        if self.goes_on { 1.0 } else { self.share() }
     }
 }
 
@@ -117,8 +126,7 @@ impl Stage for LowStage {
     /// See [`CollapseConfig`].
     fn collapse(&self, learners: &Learners) -> Option<String> {
         let bounds = &self.collapse;
-        let is_watched =
-            self.progress() >= bounds.from_share && self.attempts.is_full() && !self.is_finished();
+        let is_watched = self.share() >= bounds.from_share && self.attempts.is_full() && !self.is_finished();
         let (reach, saturation) = (self.attempts.success(), learners.low.losses().saturation);
         let has_collapsed = is_watched && reach < bounds.reach_min && saturation > bounds.saturation_max;
         has_collapsed.then(|| {
@@ -181,11 +189,11 @@ impl Stage for LowStage {
             attempts: self.attempts.clone(),
             trails: self.trails.clone(),
         };
-        Ok(contents.value("stage", &state)?)
+        Ok(contents.value(STAGE, &state)?)
     }
 
     fn restore_from(&mut self, checkpoint: &Checkpoint, _: &mut Learners) -> Result<()> {
-        let state: LowStageState = checkpoint.value("stage")?;
+        let state: LowStageState = checkpoint.value(STAGE)?;
         let lengths = [state.histories.len(), state.explorers.len(), state.held.len(), state.trails.len()];
         ensure!(lengths == [self.robots.len(); 4], OTHER);
         for (robot, (number, actions)) in self.robots.iter_mut().zip(&state.histories) {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::high_stage::HighStage;
 use super::low_stage::LowStage;
+use super::past::More;
 use super::stage::Stage;
 use crate::config::Config;
 
@@ -34,10 +35,15 @@ pub struct StagePlan {
     pub budget: u64,
     /// Random streams of its robots and of their exploration, one a robot from these on: no two stages share any.
     pub streams: [u64; 2],
+    /// Whether it goes on where an earlier one ended, with the exploration and the learning rates of its end.
+    pub goes_on: bool,
 }
 
-/// The stages of a run, in order. A run above a borrowed low level does not train one.
-pub fn stages(config: &Config, low_is_borrowed: bool) -> Vec<StagePlan> {
+/// Random streams from one `--more` to the next.
+const STREAMS_A_MORE: u64 = 10_000;
+
+/// The stages of a run, in order, those of each `--more` at the end. A run above a borrowed low level does not train one.
+pub fn stages(config: &Config, low_is_borrowed: bool, more: &[More]) -> Vec<StagePlan> {
     let low = StagePlan {
         name: "low level",
         learns: Learns::Low,
@@ -45,6 +51,7 @@ pub fn stages(config: &Config, low_is_borrowed: bool) -> Vec<StagePlan> {
         robots: config.low.envs,
         budget: config.low.env_steps,
         streams: [1_000, 2_000],
+        goes_on: false,
     };
     let high = StagePlan {
         name: "high level",
@@ -53,6 +60,7 @@ pub fn stages(config: &Config, low_is_borrowed: bool) -> Vec<StagePlan> {
         robots: config.high.envs,
         budget: config.high.decisions,
         streams: [3_000, 4_000],
+        goes_on: false,
     };
     let mut stages = Vec::new();
     if !low_is_borrowed {
@@ -60,6 +68,17 @@ pub fn stages(config: &Config, low_is_borrowed: bool) -> Vec<StagePlan> {
     }
     if config.algorithm == Algorithm::Hybrid {
         stages.push(high);
+    }
+    let first = stages.clone();
+    for (more, shift) in more.iter().zip((STREAMS_A_MORE..).step_by(STREAMS_A_MORE as usize)) {
+        stages.extend(first.iter().map(|plan| {
+            let (name, budget) = match plan.learns {
+                Learns::Low => ("more low", more.low_steps),
+                Learns::High => ("more high", more.high_decisions),
+            };
+            let streams = plan.streams.map(|stream| stream + shift);
+            StagePlan { name, budget, streams, goes_on: true, ..plan.clone() }
+        }));
     }
     stages
 }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::acting::{Normaliser, pack};
 use crate::config::Config;
 use crate::nn::{Mlp, MlpShape, Rng};
+use crate::train::past::Past;
 use crate::train::verdict::GateReport;
 
 /// A network's shape and weights.
@@ -53,9 +54,11 @@ pub struct Policy {
     pub scorer: Option<Weights>,
     /// What it reached.
     pub gate: GateReport,
-    /// Steps of both stages.
+    /// What lies behind it.
+    pub past: Past,
+    /// Steps of all stages.
     pub env_steps: u64,
-    /// Updates of both stages.
+    /// Updates of all stages.
     pub updates: u64,
     /// Time spent training, over all interruptions, s.
     pub seconds: f64,

@@ -10,12 +10,15 @@ use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 use super::gate::{self, Networks, Purpose};
+use super::going_on;
 use super::learners::Learners;
 use super::low_score::{LowReport, score_low};
+use super::past::{Past, Verdict};
 use super::plan::{self, Learns};
 use super::policy::{Policy, Weights};
 use super::run_folder::RunFolder;
-use super::verdict::{self, GateReport};
+use super::stage::STAGE;
+use crate::acting::pack;
 use crate::checkpoint::{Checkpoint, CheckpointStore};
 use crate::config::Config;
 use crate::logs::ScalarLog;
@@ -61,6 +64,8 @@ pub struct Run {
     meta: Meta,
     /// The policy whose low level is used, if none is trained.
     borrowed: Option<Policy>,
+    /// The policy that it had before it was trained on.
+    before: Option<Policy>,
     checkpoint: Option<Checkpoint>,
     begun: Instant,
     saved: Instant,
@@ -97,11 +102,16 @@ impl Run {
             seconds: 0.0,
             rolled_back: false,
         };
-        let meta = match &newest.checkpoint {
+        let mut meta = match &newest.checkpoint {
             Some(checkpoint) => checkpoint.value::<Meta>("meta")?,
             None => fresh,
         };
         let borrowed = folder.borrowed_low()?;
+        let before = folder.policy_before_more()?;
+        if let Some(before) = &before {
+            // The checkpoint of its end is from before it was judged.
+            meta.seconds = meta.seconds.max(before.seconds);
+        }
         if meta.config_sha256 != config_sha256 {
             bail!(
                 "{} was changed after the run began: restore it, or start a new run with --config",
@@ -127,6 +137,7 @@ impl Run {
             stop,
             meta,
             borrowed,
+            before,
             checkpoint: newest.checkpoint,
             begun: now,
             saved: now,
@@ -149,24 +160,37 @@ impl Run {
     /// # Errors
     /// Files that cannot be written at the end.
     pub fn train(mut self) -> Result<End> {
-        let stages = plan::stages(&self.config, self.borrowed.is_some());
+        let stages = plan::stages(&self.config, self.borrowed.is_some(), &self.folder.more()?);
         let mut learners = Learners::new(&self.config, self.borrowed.as_ref())?;
         if let Some(policy) = &self.borrowed {
             self.meta.low_score = Some(policy.gate.low.clone());
         }
+        let mut checkpoint = self.checkpoint.take();
+        if let Some(checkpoint) = &mut checkpoint {
+            learners.restore_from(checkpoint)?;
+        }
+        let mut restored = checkpoint.filter(|checkpoint| checkpoint.has(STAGE));
         while let Some(plan) = stages.get(self.meta.stage) {
             let mut stage = plan.begin(&self.config);
             learners.rest(&stages[self.meta.stage..]);
-            if let Some(end) = self.drive(plan, stage.as_mut(), &mut learners)? {
+            let restored = restored.take();
+            if plan.goes_on && plan.learns == Learns::Low && restored.is_none() {
+                learners.low.wake()?;
+            }
+            if let Some(end) = self.drive(plan, stage.as_mut(), &mut learners, restored)? {
                 return Ok(end);
             }
             self.meta.stage += 1;
             self.meta.steps_before += stage.status(&learners).steps;
             if plan.learns == Learns::Low {
-                let score = score_low(&self.config, &learners.low)?;
+                let low = &learners.low;
+                let score = score_low(&self.config, &mut pack(low.learner().actor(), low.normaliser(), 1)?);
                 note(format_args!("   {}: {score}", plan.name));
                 self.meta.low_score = Some(score);
             }
+        }
+        if let Err(error) = self.save_end(&learners) {
+            warn(format_args!("warning: {error:#}; --more will have to drive the last minute again"));
         }
         self.finish(&learners)
     }
@@ -200,22 +224,30 @@ impl Run {
         Ok(chosen)
     }
 
+    /// What lies behind its policy.
+    fn past(&self) -> Result<Past> {
+        let mut verdicts = Vec::new();
+        if let Some(Policy { past, gate, env_steps, .. }) = &self.before {
+            verdicts.extend(past.verdicts.iter().cloned());
+            verdicts.push(Verdict { env_steps: *env_steps, report: gate.clone() });
+        }
+        Ok(Past {
+            borrowed: self.borrowed.as_ref().map(going_on::borrowed).transpose()?,
+            attempts: self.folder.attempts()?,
+            more: self.folder.more()?,
+            verdicts,
+        })
+    }
+
     /// Chooses the deviation margin, judges the run and writes its policy.
     fn finish(mut self, learners: &Learners) -> Result<End> {
         let low = self.meta.low_score.clone().context("the low level was never scored: this is a defect")?;
         let normaliser = learners.low.normaliser().context("the low level never left its warm-up")?;
         let (actor, scorer) = (Weights::of(learners.low.learner().actor()), learners.scorer());
-        let flat = Networks { actor: &actor, normaliser, scorer: None };
-        let whole = Networks { scorer: scorer.as_ref(), ..flat };
-        let task = self.chosen_task(&whole)?;
-        note(format_args!("  validation  driving {} other unseen worlds a family", self.config.gate.worlds));
-        let places = gate::validation_places(&self.config, Purpose::Judge);
-        let flat = gate::score_families(&self.config, &task, &flat, &places)?;
-        let families = match &scorer {
-            Some(_) => gate::score_families(&self.config, &task, &whole, &places)?,
-            None => flat.clone(),
-        };
-        let missed = verdict::missed(&self.config, &low.all, &families, scorer.is_some());
+        let networks = Networks { actor: &actor, normaliser, scorer: scorer.as_ref() };
+        let task = self.chosen_task(&networks)?;
+        let gate = gate::judge(&self.config, &task, &networks, low)?;
+        let past = self.past()?;
         let policy = Policy {
             config_toml: self.config.to_toml(),
             commit: self.meta.commit.clone(),
@@ -223,7 +255,8 @@ impl Run {
             normaliser: normaliser.clone(),
             actor,
             scorer,
-            gate: GateReport { low, families, flat, missed },
+            gate,
+            past,
             env_steps: self.meta.steps_before,
             updates: learners.updates(),
             seconds: self.seconds(),

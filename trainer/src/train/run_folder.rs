@@ -7,8 +7,12 @@
 //! | `scalars.csv`, `events.*` | scalars over environment steps |
 //! | `lock` | nothing; held by the process that trains |
 //! | `low.bin` | the policy whose low level is used, if none is trained |
-//! | `policy.bin` | the trained policy; there once the run has finished |
+//! | `attempts.toml` | which attempt of how many it is, and the seeds tried before; none if it is the only one |
+//! | `policy.bin` | the trained policy with all verdicts on it; there once the run has finished |
+//! | `more.toml` | how far it was trained on after that (`--more`), if it was |
+//! | `policy-before-more-1.bin` | the policy that it had before, and so on for each `--more` |
 //! | `failed.txt` | why the run was stopped for good, if it was |
+//! | `more-failed.txt` | the same of being trained on; the policy is then the one before |
 
 use anyhow::{Context, Result, bail};
 use nav_host::files::write_atomically;
@@ -18,6 +22,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use super::past::Attempts;
 use super::policy::Policy;
 use crate::checkpoint::{Checkpoint, Contents};
 use crate::config::{Config, Profile};
@@ -36,12 +41,12 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Makes the folder of a new run and writes its configuration, and the policy whose low level it uses if it
-    /// does not train one.
+    /// Makes the folder of a new run and writes its configuration, which attempt it is, and the policy whose low level it
+    /// uses if it does not train one.
     ///
     /// # Errors
     /// A folder that already holds a run, or cannot be written.
-    pub fn create(path: &Path, config: &Config, low: Option<&Policy>) -> Result<Self> {
+    pub fn create(path: &Path, config: &Config, low: Option<&Policy>, attempts: &Attempts) -> Result<Self> {
         let folder = Self { path: path.to_path_buf() };
         if folder.path.join(CONFIG).exists() {
             bail!(
@@ -55,9 +60,8 @@ impl RunFolder {
         if let Some(low) = low {
             folder.write_policy(LOW, low)?;
         }
-        let text = config.to_toml();
-        write_atomically(&folder.path.join(CONFIG), |file| file.write_all(text.as_bytes()))
-            .with_context(|| format!("cannot write into {}", path.display()))?;
+        folder.write_attempts(attempts)?;
+        folder.write_text(CONFIG, &config.to_toml())?;
         Ok(folder)
     }
 
@@ -119,7 +123,7 @@ impl RunFolder {
         self.path.join("checkpoints")
     }
 
-    fn policy_path(&self) -> PathBuf {
+    pub(super) fn policy_path(&self) -> PathBuf {
         self.path.join(POLICY)
     }
 
@@ -128,14 +132,22 @@ impl RunFolder {
         self.policy_path().is_file()
     }
 
-    /// Whether training can go on here.
+    /// Whether training can go on here, or another attempt is due.
     pub fn is_unfinished(&self) -> bool {
-        !self.is_finished() && self.failure().is_none()
+        match self.is_finished() {
+            // What cannot be read cannot go on, either.
+            true => self.due_attempt().is_ok_and(|due| due.is_some()),
+            false => self.failure().is_none(),
+        }
     }
 
     /// Why the run was stopped for good, and what to do, if it was.
     pub fn failure(&self) -> Option<String> {
-        let path = self.path.join(FAILED);
+        self.reason(FAILED)
+    }
+
+    pub(super) fn reason(&self, name: &str) -> Option<String> {
+        let path = self.path.join(name);
         path.is_file().then(|| std::fs::read_to_string(path).unwrap_or_default().trim_end().to_owned())
     }
 
@@ -144,8 +156,12 @@ impl RunFolder {
     /// # Errors
     /// A folder that cannot be written.
     pub fn save_failure(&self, reason: &str) -> Result<()> {
-        let path = self.path.join(FAILED);
-        write_atomically(&path, |file| writeln!(file, "{reason}"))
+        self.write_text(FAILED, &format!("{reason}\n"))
+    }
+
+    pub(super) fn write_text(&self, name: &str, text: &str) -> Result<()> {
+        let path = self.path.join(name);
+        write_atomically(&path, |file| file.write_all(text.as_bytes()))
             .with_context(|| format!("cannot write {}", path.display()))
     }
 
@@ -186,11 +202,14 @@ impl RunFolder {
     /// # Errors
     /// A damaged file.
     pub fn borrowed_low(&self) -> Result<Option<Policy>> {
-        let path = self.path.join(LOW);
+        self.kept_policy(&self.path.join(LOW))
+    }
+
+    pub(super) fn kept_policy(&self, path: &Path) -> Result<Option<Policy>> {
         if !path.exists() {
             return Ok(None);
         }
-        Ok(Some(Checkpoint::load(&path)?.value("policy")?))
+        Ok(Some(Checkpoint::load(path)?.value("policy")?))
     }
 
     /// Writes the trained policy.

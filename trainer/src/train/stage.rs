@@ -6,6 +6,9 @@ use super::learners::Learners;
 use crate::checkpoint::{Checkpoint, Contents};
 use crate::logs::Status;
 
+/// Its section in a checkpoint; missing in that of a run's end, which no stage goes on from.
+pub const STAGE: &str = "stage";
+
 /// A stage under way: robots that drive, and feed the learners that it trains.
 pub trait Stage {
     /// One round of driving and learning.

@@ -39,7 +39,7 @@ fn checkpoint(bytes: &[u8]) -> Checkpoint {
 #[test]
 fn every_stage_of_a_list_goes_on_to_the_bit_after_a_restore() {
     let config = config();
-    let mut stages = stages(&config, false);
+    let mut stages = stages(&config, false, &[]);
     // No run has this one yet: the low level learns on, in the same buffer, after the high level has learned above it.
     stages.push(StagePlan { streams: [6_000, 7_000], ..stages[0].clone() });
     assert_eq!(

@@ -6,11 +6,11 @@ use nav_host::terminal::warn;
 use std::time::{Duration, Instant};
 
 use super::{End, Meta, Run};
-use crate::checkpoint::Contents;
+use crate::checkpoint::{Checkpoint, Contents};
 use crate::logs::{Progress, ScalarLog};
 use crate::train::learners::Learners;
 use crate::train::plan::StagePlan;
-use crate::train::stage::Stage;
+use crate::train::stage::{STAGE, Stage};
 
 /// Time between two checkpoints.
 const CHECKPOINT_PERIOD: Duration = Duration::from_secs(60);
@@ -27,17 +27,17 @@ fn row(step: u64, scalars: &[(&str, f64)]) -> String {
 
 impl Run {
     /// Rounds until the stage has finished (`None`), has failed, or somebody asks to stop.
+    ///
+    /// From a checkpoint of this stage, from which the learners were restored, or from its first step.
     pub(super) fn drive(
         &mut self,
         plan: &StagePlan,
         stage: &mut dyn Stage,
         learners: &mut Learners,
+        checkpoint: Option<Checkpoint>,
     ) -> Result<Option<End>> {
-        match self.checkpoint.take() {
-            Some(mut checkpoint) => {
-                learners.restore_from(&mut checkpoint)?;
-                stage.restore_from(&checkpoint, learners)?;
-            }
+        match checkpoint {
+            Some(checkpoint) => stage.restore_from(&checkpoint, learners)?,
             // What the stages before have learned is kept from now on.
             None if stage.can_save(learners) => {
                 if let Err(error) = self.save(stage, learners) {
@@ -97,13 +97,24 @@ impl Run {
     }
 
     fn save(&mut self, stage: &dyn Stage, learners: &Learners) -> Result<()> {
+        self.save_at(self.step(stage, learners), Some(stage), learners)
+    }
+
+    /// Saves what was learned after the last stage: `--more` goes on from there.
+    pub(super) fn save_end(&mut self, learners: &Learners) -> Result<()> {
+        self.save_at(self.meta.steps_before, None, learners)
+    }
+
+    fn save_at(&mut self, step: u64, stage: Option<&dyn Stage>, learners: &Learners) -> Result<()> {
         self.saved = Instant::now();
         let meta = Meta { seconds: self.seconds(), ..self.meta.clone() };
         let mut contents = Contents::new();
         contents.value("meta", &meta)?;
         learners.add_to(&mut contents)?;
-        stage.add_to(&mut contents)?;
-        self.store.save(self.step(stage, learners), &contents)?;
+        if let Some(stage) = stage {
+            stage.add_to(&mut contents)?;
+        }
+        self.store.save(step, &contents)?;
         Ok(())
     }
 
@@ -119,7 +130,8 @@ impl Run {
         let checkpoint = self.store.load_newest_valid().checkpoint;
         let usable = checkpoint.filter(|checkpoint| {
             let meta = checkpoint.value::<Meta>("meta");
-            !self.meta.rolled_back && meta.is_ok_and(|meta| meta.stage == self.meta.stage)
+            let is_of_stage = meta.is_ok_and(|meta| meta.stage == self.meta.stage);
+            !self.meta.rolled_back && is_of_stage && checkpoint.has(STAGE)
         });
         let Some(mut checkpoint) = usable else { return Ok(Some(End::Failed(format!("{error:#}")))) };
         warn(format_args!(
