@@ -11,7 +11,7 @@
 //! | clearance | m | smallest and mean distance from the footprint to anything |
 //! | time to collision | s | smallest at the velocities of the moment |
 //! | stood at the end | s | for so long the robot had been within 0.15 m of one place when the episode ended |
-//! | spin | 1 | share of steps whose last 2 s moved less than 0.25 m net and turned more than 0.8 rad |
+//! | spin | 1 | share of steps whose last 2 s moved less than 0.25 m net and turned more than 0.4 of what the robot can |
 //!
 //! The metres and seconds of the last two are those of the reference robot ([`crate::scale`]).
 
@@ -24,7 +24,8 @@ use serde::{Deserialize, Serialize};
 const STOOD_M: f32 = 0.15;
 const SPIN_WINDOW_S: f32 = 2.0;
 const SPIN_MOVED_M: f32 = 0.25;
-const SPIN_TURNED_RAD: f32 = 0.8;
+/// Of what the robot can turn in the window: 0.8 rad of the reference robot.
+const SPIN_TURNED_SHARE: f32 = 0.4;
 /// Longest spin window, ticks, and the present.
 const SPIN_TICKS_MAX: usize = 1001;
 
@@ -129,6 +130,8 @@ pub struct EpisodeRecorder {
     /// (pose, turned since) of the last spin window.
     window: Deque<(Pose, f32), SPIN_TICKS_MAX>,
     window_steps: usize,
+    /// Turning more than this within the window is spin, rad.
+    spin_rad: f32,
     turned_rad: f32,
 }
 
@@ -155,6 +158,7 @@ impl EpisodeRecorder {
             spin_steps: 0,
             window: Deque::new(),
             window_steps: ((scale.s(SPIN_WINDOW_S) / period_s) as usize).clamp(1, SPIN_TICKS_MAX - 1),
+            spin_rad: SPIN_TURNED_SHARE * (task.robot.angular_max_radps * scale.s(SPIN_WINDOW_S)),
             turned_rad: 0.0,
         }
     }
@@ -195,7 +199,7 @@ impl EpisodeRecorder {
         }
         if let Some((then, turned_then)) = self.window.front() {
             let moved = (pose.position() - then.position()).norm();
-            if moved < self.scale.m(SPIN_MOVED_M) && self.turned_rad - turned_then > SPIN_TURNED_RAD {
+            if moved < self.scale.m(SPIN_MOVED_M) && self.turned_rad - turned_then > self.spin_rad {
                 self.spin_steps += 1;
             }
         }
@@ -283,6 +287,24 @@ mod tests {
         assert!(metrics.spl.is_none() && metrics.path_efficiency.is_none());
         let straight = metrics.path_efficiency_euclidean.expect("a success");
         assert!((straight - 0.8).abs() < 1e-3, "{straight}");
+    }
+
+    #[test]
+    fn a_robot_that_turns_fast_may_turn_farther_before_it_spins() {
+        let spin = |angular_max_radps, turn_radps| {
+            let mut task = Task::default();
+            task.robot.angular_max_radps = angular_max_radps;
+            let mut recorder = EpisodeRecorder::new(Pose::default(), &task);
+            let mut pose = Pose::default();
+            for _ in 0..100 {
+                pose = pose.advanced(Twist::new(0.0, turn_radps), 0.1);
+                recorder.step(&StepTruth { pose, clearance_m: 1.0, ..StepTruth::default() });
+            }
+            recorder.finish(EpisodeEnd::Timeout, false, None, 5.0).spin
+        };
+        assert!(spin(1.0, 0.5) > 0.75 && spin(4.0, 2.0) > 0.75);
+        assert!(spin(1.0, 0.3) == 0.0 && spin(4.0, 1.5) == 0.0);
+        assert!(spin(4.0, 0.5) == 0.0, "what is half of one robot's best is an eighth of another's");
     }
 
     #[test]
