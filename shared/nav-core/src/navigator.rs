@@ -14,7 +14,7 @@ pub use self::decision::{ActiveDecision, DecisionReason};
 use self::rhythm::Rhythm;
 use self::standing::Standing;
 use crate::closing::ClosingSpeeds;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, wrap_angle};
 use crate::history::History;
 use crate::local_map::{CELL_M, LocalMap};
 use crate::messages::{Goal, LaserScan, Odometry};
@@ -32,6 +32,8 @@ const STUCK_S: f32 = 0.9;
 const STUCK_TICKS: usize = 451;
 /// A robot that is this far from where it was when a new goal comes was set down elsewhere, m of the reference robot.
 const SET_DOWN_M: f32 = 0.3;
+/// Or one that is turned this far from how it stood, rad.
+const SET_DOWN_RAD: f32 = 0.5;
 /// The robot has arrived within this share of the goal's radius.
 const ARRIVAL_SHARE: f32 = 0.3;
 /// Or inside the radius, when it is this much farther from the centre than it was at best, m of the reference
@@ -121,10 +123,11 @@ impl Navigator {
     /// that is remembered stays.
     pub fn observe(&mut self, scan: &LaserScan, odom: &Odometry, goal: &Goal) {
         let moved_m = (odom.pose.position() - self.pose.position()).norm();
+        let turned_rad = wrap_angle(odom.pose.yaw_rad - self.pose.yaw_rad).abs();
         self.pose = odom.pose;
         self.velocity = odom.twist();
         let is_new = self.goal_id != Some(goal.id);
-        self.was_set_down = is_new && moved_m > self.scale.m(SET_DOWN_M);
+        self.was_set_down = is_new && (moved_m > self.scale.m(SET_DOWN_M) || turned_rad > SET_DOWN_RAD);
         if self.was_set_down {
             self.reader.forget_walls();
         } else if is_new {

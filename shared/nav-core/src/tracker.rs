@@ -104,6 +104,7 @@ impl Tracker {
         self.memory.forget();
         self.owners.fill(NOBODY);
         self.last = None;
+        self.next_id = 0;
     }
 
     /// Everybody who is followed, moving or standing.

@@ -99,3 +99,22 @@ fn the_clairvoyant_reaches_every_goal_among_people_and_the_same_way_again() {
         }
     }
 }
+
+/// Two processes drive one episode after another, an evaluation as many side by side as there are cores: the same rows.
+#[test]
+fn an_episode_does_not_depend_on_those_before_it() {
+    let task = Task::default();
+    for family in [Family::Crowd, Family::Tight] {
+        let place = |seed| Place::generated(family, Split::Validation, seed, task.robot.radius_m);
+        let drive = |seeds: &mut dyn Iterator<Item = u64>| -> Vec<(u64, u32)> {
+            let mut driver = Rival::Reactive.driver(&task);
+            let mut robot = SimulatedRobot::new(&task, &Disturbance::usual());
+            seeds.map(|seed| (seed, robot.drive(&mut *driver, &place(seed), false).metrics.steps)).collect()
+        };
+        let there = drive(&mut (0..100));
+        let mut back = drive(&mut (0..100).rev());
+        back.reverse();
+        let differ = there.iter().zip(&back).filter(|(a, b)| a != b).count();
+        assert_eq!(differ, 0, "{family}: of 100 worlds");
+    }
+}

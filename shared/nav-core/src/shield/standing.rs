@@ -267,6 +267,7 @@ impl Standing {
     /// Forgets what was seen.
     pub(super) fn forget(&mut self) {
         self.seen = [[None; SECTORS]; SCANS];
+        self.begun_ns = 0;
         self.count = 0;
     }
 }
