@@ -4,7 +4,7 @@ use nav_core::driver_guard::DriverGuard;
 use nav_core::messages::{CmdVel, Goal, Header, LaserScan, Odometry, RunState, Status, fault};
 use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands};
-use nav_env::messages::Messages;
+use nav_env::messages::{Messages, header};
 use nav_host::stop::{Signal, Stop};
 use nav_host::terminal::warn;
 use nav_ipc::clock::monotonic_ns;
@@ -68,6 +68,7 @@ pub(crate) struct Link {
     last_stamp_ns: u64,
     /// First scan of this episode: commands that answer older ones belong to the last episode.
     episode_seq: u64,
+    episodes_begun: u32,
     opened_ns: u64,
     heard_ns: Option<u64>,
     deadline_ns: u64,
@@ -106,6 +107,7 @@ impl Link {
             seq: 0,
             last_stamp_ns: 0,
             episode_seq: 1,
+            episodes_begun: 0,
             opened_ns: monotonic_ns(),
             heard_ns: None,
             deadline_ns: 0,
@@ -122,7 +124,7 @@ impl Link {
     pub(crate) fn restart(&mut self) {
         self.driver.restart();
         self.state = RunState::default();
-        self.episode_seq = self.seq + 1;
+        (self.episode_seq, self.episodes_begun) = (self.seq + 1, self.episodes_begun + 1);
         // Making a world and drawing a picture is no silence of the runtime's.
         self.heard_ns = self.heard_ns.map(|_| monotonic_ns());
     }
@@ -147,7 +149,7 @@ impl Link {
         goal_id: u32,
     ) -> Result<Twist, LinkError> {
         self.seq += 1;
-        let header = Header { stamp_ns: self.seq * self.period_ns, seq: self.seq };
+        let header = header(self.seq, self.episodes_begun, self.period_ns);
         self.publish(simulation, goal_id, header)?;
         let mut sent_ns = monotonic_ns();
         loop {
@@ -266,8 +268,7 @@ impl Link {
         })
     }
 
-    /// Id of the first goal. In real time another one for each simulator, so that a runtime which outlives one
-    /// notices that the robot of the next starts elsewhere.
+    /// Id of the first goal: in real time a new one, so that a runtime that outlives a simulator notices the next.
     pub(crate) fn first_goal_id(&self) -> u32 {
         match self.pace {
             Pace::Lockstep => 1,

@@ -4,6 +4,16 @@ use nav_core::messages::{Goal, Header, LaserScan, Odometry};
 use nav_core::tick::Inputs;
 use nav_sim::simulation::Simulation;
 
+/// Simulated time that passes between two episodes, ns. Setting a robot down elsewhere takes time, and who drives it must not
+/// take what was seen before for what is there now, even where it is set down as it stood: an episode does not depend on
+/// those before it.
+const BETWEEN_EPISODES_NS: u64 = 100_000_000_000;
+
+/// Header of a robot's `seq`-th messages, in simulated time; `episode` counts those that it began.
+pub fn header(seq: u64, episode: u32, period_ns: u64) -> Header {
+    Header { stamp_ns: seq * period_ns + u64::from(episode) * BETWEEN_EPISODES_NS, seq }
+}
+
 /// The newest message of each topic that a robot writes.
 #[derive(Clone, Debug, Default)]
 pub struct Messages {

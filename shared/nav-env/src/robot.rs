@@ -2,7 +2,6 @@
 
 use nav_core::controller::Controller;
 use nav_core::geometry::{Point, Pose};
-use nav_core::messages::Header;
 use nav_core::metrics::EpisodeMetrics;
 use nav_core::shield::Shield;
 use nav_core::task::Task;
@@ -16,7 +15,7 @@ use std::time::Instant;
 
 use crate::episode_loop::{Answer, Commands, Onlooker, drive_episode};
 use crate::limits::Limits;
-use crate::messages::Messages;
+use crate::messages::{Messages, header};
 use crate::other_lidar::OtherLidar;
 use crate::seen::seen;
 use crate::worlds::Place;
@@ -139,7 +138,7 @@ impl<D: Driver + ?Sized> Commands for InProcess<'_, D> {
     fn exchange(&mut self, simulation: &mut Simulation, goal_id: u32) -> Result<Answer, Infallible> {
         let robot = &mut *self.robot;
         robot.seq += 1;
-        let header = Header { seq: robot.seq, stamp_ns: robot.seq * robot.task.control_period_ns() };
+        let header = header(robot.seq, goal_id, robot.task.control_period_ns());
         robot.messages.measure(simulation, goal_id, header);
         self.driver.localise(simulation.map_from_odom());
         self.driver.see(simulation);
