@@ -8,10 +8,13 @@
 //! | file | holds |
 //! |---|---|
 //! | `format` | the bytes of one file: [`Contents`] out, [`Checkpoint`] in |
+//! | `load_error` | what can be wrong with one: [`LoadError`] |
 //! | `store` | a folder of them: [`CheckpointStore`] keeps the newest three |
 
 mod format;
+mod load_error;
 mod store;
 
-pub use format::{Checkpoint, Contents, LoadError};
+pub use format::{Checkpoint, Contents};
+pub use load_error::LoadError;
 pub use store::{CheckpointStore, Newest, SaveError};

@@ -9,6 +9,10 @@
 //! | terminated | target reached, or collision, or a wrong belief to be at the goal |
 //! | truncated | target given up after `subgoal_s`, or the episode's time over |
 
+mod attempt;
+
+pub use self::attempt::Attempt;
+
 use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
 use nav_core::reward::{LowReward, LowStep};
@@ -45,23 +49,6 @@ pub struct LowRobotConfig {
     pub n_step: usize,
     /// What it is paid for.
     pub reward: LowReward,
-}
-
-/// How an attempt at a target ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Attempt {
-    /// It goes on.
-    Running,
-    /// The target was reached (terminated).
-    Reached,
-    /// The robot collided (terminated).
-    Collided,
-    /// It believes to be at the goal and is not, so that it would stand there (terminated, unpaid).
-    Astray,
-    /// It took too long (truncated).
-    GivenUp,
-    /// The episode ended on the way to a subgoal (truncated): says nothing about the policy.
-    Cut,
 }
 
 /// A return over up to n steps, as stored.

@@ -8,66 +8,17 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::load_error::LoadError;
+
 const MAGIC: [u8; 8] = *b"HNAVCKPT";
 /// Rises whenever anything that a checkpoint or a policy keeps changes its shape.
-const VERSION: u32 = 6;
+pub(super) const VERSION: u32 = 6;
 /// Magic, version, number of sections, step, length of the body.
 const HEADER_BYTES: u64 = 8 + 4 + 4 + 8 + 8;
 /// The CRC-32 at the end.
 const TRAILER_BYTES: u64 = 4;
 /// Values converted at a time when a slice of `f32` is written or read.
 const CHUNK: usize = 16 * 1024;
-
-/// Why a file could not be read as a checkpoint.
-#[derive(Debug, thiserror::Error)]
-pub enum LoadError {
-    /// The file system said no.
-    #[error("could not read checkpoint {}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the file system said.
-        source: io::Error,
-    },
-    /// Something else is in the file.
-    #[error("{} is not a checkpoint: give a file that `trainer train` wrote", path.display())]
-    NotACheckpoint {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Written by another version of the format.
-    #[error("checkpoint {} has format {found}, this trainer reads {VERSION}: use the trainer that wrote it", path.display())]
-    Version {
-        /// The file.
-        path: PathBuf,
-        /// Its version.
-        found: u32,
-    },
-    /// The end is missing, or there is something behind it.
-    #[error("checkpoint {} is torn: {found} bytes instead of {expected}; use an older one", path.display())]
-    Torn {
-        /// The file.
-        path: PathBuf,
-        /// Its length.
-        found: u64,
-        /// The length its header promises.
-        expected: u64,
-    },
-    /// The content is not what was written.
-    #[error("checkpoint {} is damaged: its checksum does not match; use an older one", path.display())]
-    Checksum {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A section is not there, or not of the kind or type asked for.
-    #[error("checkpoint {} has no usable section `{name}`: it is of another version or configuration", path.display())]
-    Section {
-        /// The file.
-        path: PathBuf,
-        /// The section.
-        name: String,
-    },
-}
 
 enum Data<'a> {
     Value(Vec<u8>),

@@ -5,7 +5,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::format::{Checkpoint, Contents, LoadError};
+use super::format::{Checkpoint, Contents};
+use super::load_error::LoadError;
 
 /// How many of the newest are kept.
 const KEPT: usize = 3;

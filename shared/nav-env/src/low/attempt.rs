@@ -1,0 +1,18 @@
+//! How an attempt at a target can end.
+
+/// How an attempt at a target ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attempt {
+    /// It goes on.
+    Running,
+    /// The target was reached (terminated).
+    Reached,
+    /// The robot collided (terminated).
+    Collided,
+    /// It believes to be at the goal and is not, so that it would stand there (terminated, unpaid).
+    Astray,
+    /// It took too long (truncated).
+    GivenUp,
+    /// The episode ended on the way to a subgoal (truncated): says nothing about the policy.
+    Cut,
+}
