@@ -125,7 +125,7 @@ pub struct GateArgs {
     /// The finished run
     #[arg(value_name = "RUN")]
     pub run: PathBuf,
-    /// A TOML file whose [gate] counts instead of the run's own; anything else in it must be as in the run
+    /// A TOML file whose gate table counts instead of the run's own; anything else in it must be as in the run
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
 }
