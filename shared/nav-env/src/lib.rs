@@ -4,8 +4,10 @@
 //! and [`high`] (what each level learns from); to be judged, [`messages`] and [`episode_loop`] (the one loop of an
 //! episode) within [`limits`], [`robot`] (with a controller in the same process), [`informed`] (one that is told who moves),
 //! [`other_lidar`] (for its scans), [`seen`] (for its pictures), [`batch`] (many of them), [`rows`] and [`summary`] (what is kept of them). [`seeds`] keeps random streams apart.
+//! [`robot_profile`] knows robots by name.
 
 pub mod seeds;
+pub mod robot_profile;
 pub mod worlds;
 
 pub mod episode;
