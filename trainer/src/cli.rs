@@ -40,6 +40,9 @@ pub struct Cli {
 pub enum Command {
     /// Trains a policy; Ctrl-C saves it, --resume continues.
     Train(TrainArgs),
+    /// Lists the robots that are known by name, or says what is odd about one before it is trained for.
+    #[command(subcommand)]
+    Robot(RobotCommand),
     /// Judges a finished run anew, by other thresholds; what was said before is kept, and the model card tells both.
     Gate(GateArgs),
     /// Writes a trained policy as ONNX, with manifest, golden pairs and model card.
@@ -74,6 +77,7 @@ impl AlgorithmArg {
 #[command(after_help = "\
 Examples:
   trainer train                                      a hybrid with the profile quick, into runs/
+  trainer train --robot turtlebot3_burger            for a robot by its name (`trainer robot list`) or its file
   trainer train --config mine.toml --seed 3 --attempts 1
   trainer train --resume                             goes on with what Ctrl-C or a pulled plug ended
   trainer train --resume runs/1 --more 200000        goes on with a run that has finished
@@ -89,6 +93,10 @@ pub struct TrainArgs {
     /// Every random number follows from this [default: 1, or what --config says]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// For which robot: the name of a profile, or a TOML file with [robot] and [lidar]. All other defaults follow from it;
+    /// fields that --config names win over the profile's [default: a disc of 0.2 m with 1 m/s, or what --config says]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
     /// A TOML file with any fields of the configuration; --print-config shows them all
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -96,7 +104,7 @@ pub struct TrainArgs {
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Continue an interrupted run exactly where it was [without a folder: the newest in runs/]
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, conflicts_with_all = ["profile", "algorithm", "seed", "config", "out"])]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, conflicts_with_all = ["profile", "algorithm", "seed", "robot", "config", "out"])]
     pub resume: Option<Option<PathBuf>>,
     /// With --resume: trains a finished run for so many environment steps more and judges it again. Its stages share them as
     /// they shared those before: first the low level, then the high level above it
@@ -112,6 +120,23 @@ pub struct TrainArgs {
     /// Print the whole configuration as TOML, with the range of each number, and stop
     #[arg(long)]
     pub print_config: bool,
+}
+
+/// `trainer robot`
+#[derive(Debug, Subcommand)]
+pub enum RobotCommand {
+    /// The robots that are known by name, a line each.
+    List,
+    /// What follows from a robot, and what is odd about it.
+    #[command(after_help = "\
+A FILE looks as those in robots/ do: [robot] with radius_m, linear_max_mps and angular_max_radps at least, [lidar] with \
+beam_count and range_max_m at least.
+Exit status: 0 when it can be trained for, odd or not, 1 when it cannot.")]
+    Check {
+        /// The name of a profile, or a file [default: lists the names]
+        #[arg(value_name = "NAME|FILE")]
+        robot: Option<String>,
+    },
 }
 
 /// `trainer gate`
@@ -149,6 +174,7 @@ Examples:
   trainer evaluate                                 the model in models/, its own TD3 and every rival
   trainer evaluate --policy a=runs/1 --policy b=runs/2 --policy astar --families maze,rooms --worlds 500
   trainer evaluate --policy mine=models --policy reactive --world-files barn --time-limit 100 --goal-radius 1
+  trainer evaluate --robot jackal --policy astar   what is possible for a robot before it is trained for
   trainer evaluate --resume                        goes on where Ctrl-C, a full disk or a pulled plug ended it
 Exit status: 0 when all was driven, 1 on an error, 130 or 143 after Ctrl-C or SIGTERM.")]
 pub struct EvaluateArgs {
@@ -180,6 +206,10 @@ pub struct EvaluateArgs {
     /// corrects the goal each second), no_localiser (the drift stays), none (a perfect robot)
     #[arg(long, default_value_t)]
     pub disturbance: DisturbanceName,
+    /// The robot that rivals drive where no trained policy says it: the name of a profile, or a file; a trained policy must
+    /// be for the same
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
     /// Simulated seconds after which an episode is over [default: the policy's own, and 80 in mazes and deep traps]
     #[arg(long, value_name = "SECONDS")]
     pub time_limit: Option<f32>,

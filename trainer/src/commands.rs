@@ -1,11 +1,13 @@
 //! `trainer train` and `trainer export`: from arguments to a checked plan, from one attempt to the next.
 
 pub mod gate;
+pub mod robot;
 mod words;
 
 use anyhow::{Context, Result, bail, ensure};
 use nav_core::manifest::Algorithm;
 use nav_core::task::Task;
+use nav_env::robot_profile::RobotProfile;
 use nav_host::exit::Exit;
 use nav_host::stop::{Second, Stop};
 use nav_host::terminal::{debug, note, say, tell};
@@ -166,9 +168,13 @@ fn borrowed_low(folder: &Path, config: &Config) -> Result<Policy> {
 /// From arguments to the configuration that will run.
 fn plan(args: &TrainArgs) -> Result<Config> {
     let default_profile = args.profile.unwrap_or(Profile::Quick);
+    let robot = args.robot.as_deref().map(RobotProfile::read).transpose()?;
     let mut config = match &args.config {
-        Some(path) => Config::read(path, default_profile)?,
-        None => Config::of_profile(default_profile),
+        Some(path) => Config::read(path, default_profile, robot.as_ref())?,
+        None => robot.as_ref().map_or_else(
+            || Config::of_profile(default_profile),
+            |robot| Config::of_robot(default_profile, robot),
+        ),
     };
     if let Some(profile) = args.profile
         && profile != config.profile

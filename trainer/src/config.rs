@@ -49,6 +49,10 @@ impl std::fmt::Display for Profile {
 pub struct Config {
     /// Where the defaults of the other fields come from.
     pub profile: Profile,
+    /// The robot's profile, where one was named: where the defaults of `task.robot`, `task.lidar` and
+    /// `task.control_period_s` come from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
     /// What is trained.
     pub algorithm: Algorithm,
     /// Every random number of the run follows from this.

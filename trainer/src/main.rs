@@ -13,6 +13,7 @@ fn main() -> Exit {
     cli.log.apply();
     let result = match &cli.command {
         Command::Train(args) => commands::train(args),
+        Command::Robot(command) => commands::robot::robot(command),
         Command::Gate(args) => commands::gate::gate(args),
         Command::Export(args) => commands::export(args),
         Command::Evaluate(args) => trainer::evaluate::evaluate(args),

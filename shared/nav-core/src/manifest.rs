@@ -71,6 +71,9 @@ pub struct Manifest {
     pub seed: u64,
     /// Profile of the training.
     pub profile: Text,
+    /// The profile of the robot that it was trained for, where one was named; `task` has all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<Text>,
     /// SHA-256 of the training configuration.
     pub config_sha256: Sha256Hex,
     /// [`LAYOUT`]: what the numbers of the observations mean.

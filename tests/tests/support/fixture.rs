@@ -45,6 +45,7 @@ pub fn manifest(folder: &Path) -> Manifest {
         trainer_commit: text("unknown"),
         seed: 0,
         profile: text("fixture"),
+        robot: None,
         config_sha256: "0".repeat(64).as_str().try_into().expect("64 digits"),
         observation_layout: LAYOUT.try_into().expect("it fits"),
         observation_lengths: Manifest::LENGTHS,

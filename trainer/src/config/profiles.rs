@@ -26,6 +26,7 @@ impl Config {
     pub fn of(profile: Profile, task: Task) -> Self {
         let mut config = Self {
             profile,
+            robot: None,
             algorithm: Algorithm::Hybrid,
             seed: 1,
             worlds_per_family: 300,

@@ -2,19 +2,27 @@
 
 use anyhow::{Context, Result, bail};
 use nav_core::task::Task;
+use nav_env::robot_profile::RobotProfile;
 use std::path::Path;
 
 use super::{Config, Profile};
 
 impl Config {
-    /// Reads a TOML file. Its `profile` (or `default_profile`) gives the fields that it does not name.
+    /// Reads a TOML file. Its `profile` (or `default_profile`) and its `robot` (or the one that is given) give the fields
+    /// that it does not name.
     ///
     /// # Errors
     /// A file that cannot be read, is not TOML, or has an unknown field or a value of the wrong kind.
-    pub fn read(path: &Path, default_profile: Profile) -> Result<Self> {
+    pub fn read(path: &Path, default_profile: Profile, robot: Option<&RobotProfile>) -> Result<Self> {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("cannot read the configuration {}: check --config", path.display()))?;
-        Self::parse(&text, default_profile).with_context(|| format!("the configuration {}", path.display()))
+        Self::parse_for(&text, default_profile, robot)
+            .with_context(|| format!("the configuration {}", path.display()))
+    }
+
+    /// The defaults of a profile for a robot.
+    pub fn of_robot(profile: Profile, robot: &RobotProfile) -> Self {
+        Self { robot: Some(robot.name.clone()), ..Self::of(profile, robot.task()) }
     }
 
     /// As [`Self::read`], from a text.
@@ -22,7 +30,16 @@ impl Config {
     /// # Errors
     /// As [`Self::read`].
     pub fn parse(text: &str, default_profile: Profile) -> Result<Self> {
-        let config = Self::parse_unchecked(text, default_profile)?;
+        Self::parse_for(text, default_profile, None)
+    }
+
+    fn parse_for(text: &str, default_profile: Profile, robot: Option<&RobotProfile>) -> Result<Self> {
+        let overrides: toml::Table = text.parse().context("is not valid TOML")?;
+        let named = named_robot(&overrides)?;
+        if let (Some(robot), Some(own)) = (robot, overrides.get("robot")) {
+            bail!("--robot {} contradicts the robot in --config ({own}): drop one of them", robot.name);
+        }
+        let config = Self::merged(overrides, default_profile, robot.or(named.as_ref()))?;
         config.validate()?;
         Ok(config)
     }
@@ -32,14 +49,25 @@ impl Config {
     /// # Errors
     /// As [`Self::parse`], but for values that make no sense.
     pub fn parse_unchecked(text: &str, default_profile: Profile) -> Result<Self> {
-        let overrides: toml::Table = text.parse().context("is not valid TOML")?;
+        // All of its robot is in it, even where the profile is gone.
+        Self::merged(text.parse().context("is not valid TOML")?, default_profile, None)
+    }
+
+    fn merged(
+        mut overrides: toml::Table,
+        default_profile: Profile,
+        robot: Option<&RobotProfile>,
+    ) -> Result<Self> {
         let profile = match overrides.get("profile") {
             None => default_profile,
             Some(value) => value.clone().try_into().context("`profile` must be \"quick\" or \"full\"")?,
         };
-        let task = driven(&overrides)?;
+        let name = robot.map(|robot| robot.name.clone().into()).or(overrides.remove("robot"));
+        overrides.remove("robot");
+        let task = driven(&overrides, robot.map_or_else(Task::default, RobotProfile::task))?;
         let mut merged = toml::Table::try_from(Self::of(profile, task)).context("cannot be merged")?;
         merge(&mut merged, overrides, "")?;
+        merged.extend(name.map(|name| ("robot".to_owned(), name)));
         merged.try_into().context("has a value of the wrong kind")
     }
 
@@ -49,16 +77,36 @@ impl Config {
     }
 }
 
-/// The task that the other defaults follow from: its robot and its control period, where they are said.
-fn driven(overrides: &toml::Table) -> Result<Task> {
-    let Some(said) = overrides.get("task").and_then(toml::Value::as_table) else {
-        return Ok(Task::default());
+/// The profile that a file names, unless it says all of the robot by itself, as a run's own configuration does.
+fn named_robot(overrides: &toml::Table) -> Result<Option<RobotProfile>> {
+    let Some(name) = overrides.get("robot") else { return Ok(None) };
+    let name = name.as_str().context("`robot` must be the name or the file of a profile, as a text")?;
+    let says_all = |section: &str, whole: &toml::Value| {
+        let said = overrides.get("task").and_then(|task| task.get(section));
+        let said = said.and_then(toml::Value::as_table);
+        whole
+            .as_table()
+            .is_some_and(|whole| said.is_some_and(|said| whole.keys().all(|field| said.contains_key(field))))
     };
-    let mut base = toml::Table::try_from(Task::default()).context("cannot be merged")?;
+    let Task { robot, lidar, .. } = Task::default();
+    if says_all("robot", &toml::Value::try_from(robot)?) && says_all("lidar", &toml::Value::try_from(lidar)?)
+    {
+        return Ok(None);
+    }
+    Ok(Some(RobotProfile::read(name)?))
+}
+
+/// The task that the other defaults follow from: that of the robot's profile, with robot and control period as they are said.
+fn driven(overrides: &toml::Table, of_profile: Task) -> Result<Task> {
+    let Some(said) = overrides.get("task").and_then(toml::Value::as_table) else {
+        return Ok(of_profile);
+    };
+    let mut base = toml::Table::try_from(of_profile).context("cannot be merged")?;
     let named = said.iter().filter(|(key, _)| ["robot", "control_period_s"].contains(&key.as_str()));
     merge(&mut base, named.map(|(key, value)| (key.clone(), value.clone())).collect(), "task")?;
-    let Task { robot, control_period_s, .. } = base.try_into().context("has a value of the wrong kind")?;
-    Ok(Task { control_period_s, ..Task::of(robot) })
+    let Task { robot, lidar, control_period_s, .. } =
+        base.try_into().context("has a value of the wrong kind")?;
+    Ok(Task { lidar, control_period_s, ..Task::of(robot) })
 }
 
 /// Lays `overrides` over `base`, refusing keys that `base` does not have.
@@ -150,6 +198,42 @@ mod tests {
         );
         let twice = Config::parse(&config.to_toml(), Profile::Quick).expect("valid");
         assert_eq!(twice, config);
+    }
+
+    #[test]
+    fn a_named_robot_gives_the_defaults_and_what_the_file_says_wins() {
+        let jackal = RobotProfile::read("jackal").expect("built in");
+        let config = Config::of_robot(Profile::Quick, &jackal);
+        assert_eq!((config.robot.as_deref(), config.task), (Some("jackal"), jackal.task()));
+        let named = Config::parse("robot = 'jackal'", Profile::Quick).expect("valid");
+        assert_eq!(named, config, "in a file as on the command line");
+
+        let text = "[task.robot]\nlinear_max_mps = 1.0\n[task.lidar]\nrange_max_m = 8.0";
+        let changed = Config::parse_for(text, Profile::Quick, Some(&jackal)).expect("valid");
+        let task = &changed.task;
+        assert_eq!(
+            (task.robot.linear_max_mps, task.lidar.range_max_m, task.lidar.beam_count),
+            (1.0, 8.0, 69)
+        );
+        // Half as fast: twice as long for everything, as if the profile had said so.
+        assert_eq!(task.episode_s.to_bits(), (2.0 * config.task.episode_s).to_bits());
+        assert!((changed.low.subgoal_s - 2.0 * config.low.subgoal_s).abs() < 1e-4);
+
+        let message = |text| format!("{:#}", Config::parse(text, Profile::Quick).expect_err("refused"));
+        assert!(message("robot = 'jakal'").contains("turtlebot3_burger"), "{}", message("robot = 'jakal'"));
+        assert!(message("robot = 3").contains("`robot` must be"));
+        let twice = Config::parse_for("robot = 'husky'", Profile::Quick, Some(&jackal));
+        let twice = format!("{:#}", twice.expect_err("refused"));
+        assert!(twice.contains("--robot jackal contradicts"), "{twice}");
+    }
+
+    #[test]
+    fn a_runs_own_configuration_needs_no_profile() {
+        let mut mine = RobotProfile::read("agv").expect("built in");
+        mine.name = "gone".to_owned();
+        let config = Config::of_robot(Profile::Quick, &mine);
+        assert_eq!(Config::parse(&config.to_toml(), Profile::Quick).expect("all is said"), config);
+        assert_eq!(Config::parse_unchecked(&config.to_toml(), Profile::Quick).expect("all is said"), config);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use anyhow::{Context, Result, bail, ensure};
 use nav_core::task::{ShieldMode, Task};
 use nav_env::limits::Limits;
 use nav_env::other_lidar::OtherLidar;
+use nav_env::robot_profile::RobotProfile;
 use nav_env::rows::{EpisodeRow, Labels, RowFile};
 use nav_env::worlds::Scene;
 use nav_host::files::check_writable;
@@ -103,7 +104,8 @@ impl Plan {
                 told.label
             );
         }
-        let task = shared_task(&policies, &limits)?;
+        let robot = args.robot.as_deref().map(RobotProfile::read).transpose()?;
+        let task = shared_task(&policies, &limits, robot.as_ref())?;
         let folder = args.world_files.as_deref();
         let scenes = Scenes::read(&families, args.split, args.worlds, folder, task.robot.radius_m)?;
         Ok(Self {
@@ -234,9 +236,18 @@ fn refuse_twice<T: PartialEq>(flag: &str, entries: &[T]) -> Result<()> {
 }
 
 /// The robot that all policies drive: rivals drive any.
-fn shared_task(policies: &[NamedPolicy], limits: &Limits) -> Result<Task> {
+fn shared_task(policies: &[NamedPolicy], limits: &Limits, robot: Option<&RobotProfile>) -> Result<Task> {
     let mut tasks = policies.iter().filter_map(|policy| Some((policy, policy.learned.as_ref()?.task)));
-    let Some((first, task)) = tasks.next() else { return Ok(Task::default()) };
+    let Some((first, task)) = tasks.next() else {
+        return Ok(robot.map_or_else(Task::default, RobotProfile::task));
+    };
+    if let Some(difference) = robot.and_then(|robot| robot.difference(&task)) {
+        bail!(
+            "{} was trained for another robot than --robot says ({difference}): leave out --robot, or name rivals only, as \
+             in --policy astar",
+            first.label
+        );
+    }
     // What a limit replaces, and what a policy decides by itself, need not be shared.
     let world = |of: Task| Task {
         decision: task.decision,

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use nav_core::task::Task;
+use nav_env::robot_profile::RobotProfile;
 use nav_host::sha256::sha256_hex;
 use std::fmt::Write as _;
 
@@ -31,7 +32,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
          | commit | {} |\n\
          | training | {} |\n{}\
          | families | {} |\n\
-         | robot | radius {} m, up to {} m/s, {} m/s back and {} rad/s |\n\
+         | robot | {}radius {} m, up to {} m/s, {} m/s back and {} rad/s |\n\
          | lidar | {} beams, {:.0} degrees, {} m |\n\
          | control period | {} s |\n\
          | deviation margin | {} |\n\n\
@@ -44,6 +45,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
         story::words(&policy.spent()),
         story::rows(policy),
         families.join(", "),
+        config.robot.as_deref().map_or_else(String::new, |name| named(name, &policy.task)),
         policy.task.robot.radius_m,
         policy.task.robot.linear_max_mps,
         policy.task.robot.linear_min_mps.abs(),
@@ -85,5 +87,32 @@ fn is_plain(config: &Config) -> bool {
     let mut plain = Config::of(config.profile, Task { lidar, control_period_s, ..Task::of(robot) });
     (plain.seed, plain.algorithm, plain.low.goal_share) =
         (config.seed, config.algorithm, config.low.goal_share);
+    plain.robot.clone_from(&config.robot);
     *config == plain
+}
+
+/// A robot's profile by its name, and in what the robot is another than the profile of that name.
+fn named(name: &str, task: &Task) -> String {
+    let known = RobotProfile::read(name).ok();
+    match known.and_then(|profile| profile.difference(task)) {
+        None => format!("{name}: "),
+        Some(difference) => format!("{name}, changed ({difference}): "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Profile;
+
+    #[test]
+    fn a_card_names_the_robot_and_says_where_it_was_changed() {
+        let agv = RobotProfile::read("agv").expect("built in");
+        assert_eq!(named("agv", &agv.task()), "agv: ");
+        let mut task = agv.task();
+        task.robot.linear_max_mps = 0.4;
+        assert_eq!(named("agv", &task), "agv, changed (robot.linear_max_mps is 0.4, and 0.5 of agv): ");
+        assert_eq!(named("of_somebody", &task), "of_somebody: ");
+        assert!(is_plain(&Config::of_robot(Profile::Quick, &agv)), "the defaults for it");
+    }
 }

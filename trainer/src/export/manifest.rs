@@ -39,6 +39,7 @@ pub(super) fn manifest(policy: &Policy, td3: &str, dqn: Option<&str>, golden: &s
         trainer_commit: text(&policy.commit)?,
         seed: config.seed,
         profile: text(&config.profile.to_string())?,
+        robot: config.robot.as_deref().map(text).transpose()?,
         config_sha256: text(&sha256_hex(policy.config_toml.as_bytes()))?,
         observation_layout: text(LAYOUT)?,
         observation_lengths: Manifest::LENGTHS,

@@ -18,8 +18,9 @@ pub(super) fn made_with(policy: &Policy, config: &Config) -> String {
         (Some(_), None) => "hybrid",
         (Some(_), Some(_)) => "dqn --low RUN",
     };
+    let robot = config.robot.as_ref().map_or_else(String::new, |name| format!(" --robot {name}"));
     let mut text = format!(
-        "`trainer train --profile {} --algorithm {algorithm} --seed {}`",
+        "`trainer train --profile {}{robot} --algorithm {algorithm} --seed {}`",
         config.profile, config.seed
     );
     for more in &policy.past.more {
