@@ -45,6 +45,7 @@ pub(crate) enum Instead {
 Examples:
   simulator --world maze --view terminal         one held-out maze in real time, shown in the terminal
   simulator --family u_trap --episodes 20 --pace lockstep --report out/u_trap.json
+  simulator --robot-profile turtlebot3_burger    that robot, for a driver to be tried against, without a model
   simulator --map office/map.yaml --start 1,2,0 --goal 8.5,3
   simulator --world-file barn --pace lockstep --time-limit 100 --goal-radius 1 --report out/barn.json
 Exit status: 0 when all episodes were driven, 1 on an error (no runtime, wrong map), 2 when the command line makes no
@@ -88,6 +89,10 @@ pub(crate) struct Arguments {
     /// Take robot, lidar and timing from this model's manifest instead of the defaults
     #[arg(long, value_name = "DIR")]
     pub(crate) model: Option<PathBuf>,
+    /// Simulate this robot: the name of a profile (an unknown one lists them all), or a TOML file with [robot] and [lidar].
+    /// Beside --model it must be the robot that the model was trained for
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) robot_profile: Option<String>,
     /// How time passes
     #[arg(long, value_enum, default_value_t = Pace::Realtime)]
     pub(crate) pace: Pace,

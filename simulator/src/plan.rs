@@ -1,9 +1,10 @@
 //! What will run, checked: paths read, names and numbers valid.
 
-use anyhow::{Context, Result, ensure};
-use nav_core::manifest::{MANIFEST_FILE, Manifest};
+use anyhow::{Context, Result, bail, ensure};
+use nav_core::manifest::{MANIFEST_FILE, MANIFEST_FORMAT, Manifest, ManifestError};
 use nav_core::task::Task;
 use nav_env::limits::Limits;
+use nav_env::robot_profile::RobotProfile;
 use nav_host::files::check_writable;
 use nav_ipc::{IpcConfig, RobotName};
 use nav_sim::disturbance::Disturbance;
@@ -36,9 +37,20 @@ pub(crate) struct Plan {
 impl Plan {
     /// Checks everything that can be wrong before anything is opened.
     pub(crate) fn check(arguments: Arguments) -> Result<Self> {
+        let robot = arguments.robot_profile.as_deref().map(RobotProfile::read).transpose()?;
         let task = match &arguments.model {
-            Some(folder) => task_of(folder)?,
-            None => Task::default(),
+            Some(folder) => {
+                let task = task_of(folder)?;
+                if let Some(difference) = robot.and_then(|robot| robot.difference(&task)) {
+                    bail!(
+                        "the model {} was trained for another robot than --robot-profile says: {difference}; leave out one \
+                         of the two",
+                        folder.display()
+                    );
+                }
+                task
+            }
+            None => robot.map_or_else(Task::default, |robot| robot.task()),
         };
         let source = WorldSource::from_arguments(&arguments, &task)?;
         let limits = Limits { time_limit_s: arguments.time_limit, goal_radius_m: arguments.goal_radius };
@@ -91,9 +103,73 @@ fn task_of(folder: &Path) -> Result<Task> {
     let text = std::fs::read_to_string(&path).with_context(|| {
         format!("{} cannot be read: give --model a folder with a manifest", path.display())
     })?;
-    let manifest: Manifest = serde_json::from_str(&text).with_context(|| {
-        format!("{} is no manifest of this version: export the model again", path.display())
-    })?;
-    manifest.validate().with_context(|| format!("{} cannot be used", path.display()))?;
+    let cannot = || format!("{} cannot be used", path.display());
+    let said: serde_json::Value = serde_json::from_str(&text)
+        .with_context(|| format!("{} is no JSON: export the model again", path.display()))?;
+    // Of another format it may have other fields, and that is what to say.
+    let format = said.get("format").and_then(serde_json::Value::as_u64);
+    if let Some(format) = format.filter(|format| *format != u64::from(MANIFEST_FORMAT)) {
+        let by = said.get("trainer_version").and_then(serde_json::Value::as_str).unwrap_or("unknown");
+        let format = ManifestError::Format(u32::try_from(format).unwrap_or(u32::MAX));
+        return Err(format).with_context(|| format!("{} (by trainer {by})", cannot()));
+    }
+    let manifest: Manifest = serde_json::from_value(said)
+        .with_context(|| format!("{}: export the model again with this version's trainer", cannot()))?;
+    manifest.validate().with_context(cannot)?;
     Ok(manifest.task)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../models");
+
+    fn check(arguments: &[&str]) -> Result<Task, String> {
+        let arguments = Arguments::parse_from([&["simulator"], arguments].concat());
+        Plan::check(arguments).map(|plan| plan.task).map_err(|error| format!("{error:#}"))
+    }
+
+    #[test]
+    fn a_profile_is_the_robot_and_a_model_must_be_for_it() {
+        let jackal = RobotProfile::read("jackal").expect("built in").task();
+        assert_eq!(check(&["--robot-profile", "jackal"]), Ok(jackal));
+        let unknown = check(&["--robot-profile", "jakal"]).expect_err("unknown");
+        assert!(unknown.contains("turtlebot4"), "{unknown}");
+
+        let other = check(&["--robot-profile", "jackal", "--model", MODEL]).expect_err("another robot");
+        assert!(other.contains("was trained for another robot") && other.contains("of jackal"), "{other}");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("own.toml");
+        let own = "[robot]\nradius_m = 0.2\nlinear_max_mps = 1.0\nangular_max_radps = 1.0\n\
+                   [lidar]\nbeam_count = 72\nrange_max_m = 5.0\n";
+        std::fs::write(&path, own).expect("written");
+        let path = path.to_str().expect("a plain path");
+        let of_model = check(&["--model", MODEL]);
+        assert!(of_model.is_ok(), "{of_model:?}");
+        assert_eq!(
+            check(&["--robot-profile", path, "--model", MODEL]),
+            of_model,
+            "what the model says besides"
+        );
+    }
+
+    #[test]
+    fn a_manifest_of_another_version_says_which_and_what_to_do() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let model = folder.path().to_str().expect("a plain path");
+        let refused = |text: &str| {
+            std::fs::write(folder.path().join(MANIFEST_FILE), text).expect("written");
+            check(&["--model", model]).expect_err("refused")
+        };
+        let old =
+            refused("{\"format\": 1, \"trainer_version\": \"0.0.9\", \"task\": {\"episode_steps\": 500}}");
+        for part in ["by trainer 0.0.9", "format 1", "export the run again with this version's trainer"] {
+            assert!(old.contains(part), "{part}: {old}");
+        }
+        let lacks = refused(&format!("{{\"format\": {MANIFEST_FORMAT}}}"));
+        assert!(lacks.contains("missing field") && lacks.contains("export the model again"), "{lacks}");
+        assert!(refused("{").contains("is no JSON"));
+    }
 }
