@@ -6,8 +6,8 @@
 use nav_core::geometry::{Point, Pose};
 use nav_core::messages::CmdVel;
 use nav_core::scale::Scale;
-use nav_core::shield::Shield;
-use nav_core::task::Task;
+use nav_core::shield::{MARGIN_M, Shield};
+use nav_core::task::{ShieldMode, Task};
 use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_env::robot::Driver;
 use nav_env::worlds::Place;
@@ -31,6 +31,12 @@ const BESIDE_M: f32 = 0.02;
 const CUT_M: f32 = 0.12;
 /// Cost of a straight step where there is room, and what is added next to things.
 const COST: (u32, f32) = (10, 40.0);
+/// The same where the safety gate keeps a small robot from going ([`CLOSE_M`]): only where there is no other way.
+const SQUEEZED: u32 = 500;
+
+/// Nearer than this the safety gate may take a thing to be in the way, m: its own margin, and three standard deviations of a
+/// usual lidar's noise. It is not less for a small robot, whose worlds have narrower gaps.
+const CLOSE_M: f32 = MARGIN_M + 0.09;
 
 /// Which search finds the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,9 +136,14 @@ struct Grid {
 
 type Cell = (i32, i32);
 
+/// Room for the safety gate and for a lidar that errs, m: not smaller for a small robot.
+fn at_least(scale: &Scale, reference_m: f32) -> f32 {
+    scale.m(reference_m).max(reference_m)
+}
+
 /// Up to five times as dear within the comfort distance.
 fn cost_at(free_m: f32, scale: &Scale) -> u32 {
-    let near = (1.0 - free_m / scale.m(COMFORT_M)).clamp(0.0, 1.0);
+    let near = (1.0 - free_m / at_least(scale, COMFORT_M)).clamp(0.0, 1.0);
     COST.0 + (COST.1 * near) as u32
 }
 
@@ -141,15 +152,23 @@ impl Grid {
         let obstacles = Obstacles::new(world);
         let size = world.bounds.max - world.bounds.min;
         let scale = task.scale();
-        let (cell_m, comfort_m) = (scale.m(CELL_M), scale.m(COMFORT_M));
+        let (cell_m, comfort_m) = (scale.m(CELL_M), at_least(&scale, COMFORT_M));
         let (columns, rows) = ((size.x / cell_m).ceil() as i32, (size.y / cell_m).ceil() as i32);
         let mut grid = Self { scale, cell_m, origin: world.bounds.min, columns, rows, cost: Vec::new() };
-        let radius_m = task.robot.radius_m + scale.m(BESIDE_M);
+        let squeeze_m = match task.shield {
+            ShieldMode::On => at_least(&scale, CLOSE_M) - scale.m(CLOSE_M),
+            ShieldMode::Off => 0.0,
+        };
+        let radius_m = task.robot.radius_m + scale.m(BESIDE_M) + squeeze_m;
         for row in 0..rows {
             for column in 0..columns {
                 let free_m =
                     obstacles.distance_m(grid.center((column, row)), radius_m + comfort_m) - radius_m;
-                grid.cost.push(if free_m < 0.0 { 0 } else { cost_at(free_m, &scale) });
+                grid.cost.push(match free_m {
+                    _ if free_m >= 0.0 => cost_at(free_m, &scale),
+                    _ if free_m >= -squeeze_m => SQUEEZED,
+                    _ => 0,
+                });
             }
         }
         grid
@@ -179,7 +198,7 @@ impl Grid {
             0 => u32::MAX,
             cost => cost,
         };
-        let mut dearest = dear(from).max(cost_at(self.scale.m(CUT_M), &self.scale));
+        let mut dearest = dear(from).max(cost_at(at_least(&self.scale, CUT_M), &self.scale));
         let mut aim = None;
         for &point in path {
             let way = point - from;
