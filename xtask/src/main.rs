@@ -1,6 +1,7 @@
 //! Project automation, started as `cargo xtask <task>`; needs only cargo, gcc and python3 with pip.
 
 mod demo;
+mod robots;
 mod training;
 mod two_processes;
 mod process;
@@ -35,6 +36,9 @@ struct Cli {
 enum Task {
     /// Train, export and drive on worlds never trained on, then print a table (about twenty minutes the first time)
     Demo(demo::Options),
+    /// Train, judge, export and drive every robot that has a profile, and write tables, cards and pictures (hours; started
+    /// again, it goes on)
+    Robots(robots::Options),
     /// Check everything: format, lints, doc tests, tests; installs what that needs
     Test,
     /// Measure the simulation and the robot's networks
@@ -84,6 +88,7 @@ struct Passed {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().task {
         Task::Demo(options) => demo::run(&options),
+        Task::Robots(options) => robots::run(&options),
         Task::Test => test::run(),
         Task::Bench => bench::run(),
         Task::Soak { minutes } => soak::run(minutes),
