@@ -79,7 +79,8 @@ pub struct LowConfig {
     pub families: Vec<Family>,
     /// Robots that drive side by side.
     pub envs: usize,
-    /// Steps of all robots together.
+    /// Steps of all robots together, each as long as learning takes a step to be (`nav_core::scale`; 0.1 s for the default robot)
+    /// and at least a tick.
     pub env_steps: u64,
     /// Steps with random actions before the first update.
     pub warmup_steps: u64,
@@ -91,7 +92,7 @@ pub struct LowConfig {
     pub replay_capacity: usize,
     /// Discount of a step (a control period).
     pub discount: f32,
-    /// Steps of a return before it bootstraps.
+    /// Ticks of a return before it bootstraps.
     pub n_step: usize,
     /// Whether every other transition of a batch is its mirror image, left for right.
     pub mirror: bool,

@@ -45,7 +45,7 @@ pub struct LowRobotConfig {
     pub subgoal_s: f32,
     /// Discount of a step.
     pub discount: f32,
-    /// Steps of a return before it bootstraps.
+    /// Ticks of a return before it bootstraps.
     pub n_step: usize,
     /// What it is paid for.
     pub reward: LowReward,
@@ -93,8 +93,10 @@ pub struct LowRobot {
     target_is_goal: bool,
     target_steps: u32,
     last_action: [f32; LOW_ACTION],
-    /// Steps of this attempt whose returns are not complete yet.
-    pending: VecDeque<LowTransition>,
+    /// Steps of this attempt whose returns are not complete yet, and over how many ticks they go so far.
+    pending: VecDeque<(usize, LowTransition)>,
+    /// A return begins each so many ticks: each step of learning ([`nav_core::scale`]), however fast the robot ticks.
+    ticks_a_step: usize,
     observation: [f32; LOW_OBSERVATION],
     /// Actions since the episode began, to rebuild it after an interruption.
     actions: Vec<[f32; LOW_ACTION]>,
@@ -122,6 +124,7 @@ impl LowRobot {
             target_steps: 0,
             last_action: [0.0; LOW_ACTION],
             pending: VecDeque::new(),
+            ticks_a_step: task.ticks(task.scale().step_s()) as usize,
             observation: [0.0; LOW_OBSERVATION],
             actions: Vec::new(),
         };
@@ -242,17 +245,18 @@ impl LowRobot {
     ) {
         let StepReport { reward, attempt, is_terminated } = report;
         let (discount, next_observation) = (self.config.discount, self.observation);
-        for waiting in &mut self.pending {
+        for (ticks, waiting) in &mut self.pending {
+            *ticks += 1;
             waiting.reward += waiting.discount * reward;
             waiting.discount *= discount;
         }
-        self.pending.push_back(LowTransition { observation, action, reward, discount, next_observation });
-        let complete = if attempt == Attempt::Running {
-            (self.pending.len() + 1).saturating_sub(self.config.n_step)
-        } else {
-            self.pending.len()
-        };
-        for mut done in self.pending.drain(..complete) {
+        if (self.actions.len() - 1).is_multiple_of(self.ticks_a_step) {
+            self.pending
+                .push_back((1, LowTransition { observation, action, reward, discount, next_observation }));
+        }
+        let is_complete = |ticks: usize| attempt != Attempt::Running || ticks >= self.config.n_step;
+        let complete = self.pending.iter().take_while(|(ticks, _)| is_complete(*ticks)).count();
+        for (_, mut done) in self.pending.drain(..complete) {
             done.next_observation = next_observation;
             done.discount = if is_terminated { 0.0 } else { done.discount };
             transitions.push(done);

@@ -14,6 +14,19 @@ const DISCOUNT: f32 = 0.9;
 
 /// Driven by the same actions: what was handed out, and how the attempt stood after each step.
 fn drive(n_step: usize) -> (Vec<LowTransition>, Vec<(Attempt, bool)>) {
+    let (transitions, ticks) = drive_as(&Task::default(), n_step);
+    (transitions, ticks.into_iter().map(|tick| (tick.attempt, tick.is_terminated)).collect())
+}
+
+/// A tick: how the attempt stood after it, and what it earned; and whether one of a multiple of five since its episode began.
+struct Ticked {
+    attempt: Attempt,
+    is_terminated: bool,
+    reward: f32,
+    is_fifth: bool,
+}
+
+fn drive_as(task: &Task, n_step: usize) -> (Vec<LowTransition>, Vec<Ticked>) {
     let places = Arc::new(generate_places(&[Family::Tight], Split::Train, 0..2, 0.2));
     let config = LowRobotConfig {
         goal_share: 0.3,
@@ -23,14 +36,37 @@ fn drive(n_step: usize) -> (Vec<LowTransition>, Vec<(Attempt, bool)>) {
         n_step,
         reward: LowReward::Decomposed(decomposed::LowWeights::default()),
     };
-    let mut robot = LowRobot::new(config, places, &Task::default(), &Disturbance::trained(), 7);
-    let (mut transitions, mut attempts) = (Vec::new(), Vec::new());
+    let mut robot = LowRobot::new(config, places, task, &Disturbance::trained(), 7);
+    let (mut transitions, mut ticks) = (Vec::new(), Vec::new());
     for step in 0..3_000_u32 {
         let action: [f32; LOW_ACTION] = [0.2, (step as f32 * 0.05).sin()];
+        let is_fifth = robot.history().1.len().is_multiple_of(5);
         let report = robot.step(action, &mut transitions);
-        attempts.push((report.attempt, report.is_terminated));
+        let (attempt, is_terminated, reward) = (report.attempt, report.is_terminated, report.reward);
+        ticks.push(Ticked { attempt, is_terminated, reward, is_fifth });
     }
-    (transitions, attempts)
+    (transitions, ticks)
+}
+
+/// A robot at 50 Hz learns from as many returns a second as one at 10 Hz, each over as many seconds.
+#[test]
+fn a_robot_that_ticks_five_times_as_fast_begins_a_return_each_fifth_tick() {
+    const N: usize = 15;
+    let (returns, ticks) = drive_as(&Task { control_period_s: 0.02, ..Task::default() }, N);
+    let fifths: Vec<usize> = (0..ticks.len()).filter(|&at| ticks[at].is_fifth).collect();
+    assert!(returns.len() > 500 && fifths.len() - returns.len() < 4, "{} of {}", returns.len(), fifths.len());
+    let mut cut = 0;
+    for (found, &first) in returns.iter().zip(&fifths) {
+        let last = (first..first + N).find(|&at| ticks[at].attempt != Attempt::Running);
+        cut += usize::from(last.is_some());
+        let last = last.unwrap_or(first + N - 1);
+        let sum = ticks[first..=last].iter().rev().fold(0.0, |sum, tick| tick.reward + DISCOUNT * sum);
+        assert!((found.reward - sum).abs() < 1e-4, "{first}: {} {sum}", found.reward);
+        let discount =
+            if ticks[last].is_terminated { 0.0 } else { DISCOUNT.powi((last - first + 1) as i32) };
+        assert!((found.discount - discount).abs() < 1e-6, "{first}: {}", found.discount);
+    }
+    assert!(cut > 3, "some ended with their attempt: {cut}");
 }
 
 #[test]

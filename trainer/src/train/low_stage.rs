@@ -1,6 +1,7 @@
 //! Robots that drive to targets, for TD3 to learn from.
 //!
-//! A round: every robot takes a step, then the learner makes the updates that are due.
+//! A round: every robot takes a step of learning ([`nav_core::scale`]), which may be several ticks of its own, then the
+//! learner makes the updates that are due. So a robot that ticks fast costs more simulation, and no more learning.
 
 use anyhow::{Result, ensure};
 use nav_core::observation::LOW_ACTION;
@@ -34,9 +35,9 @@ pub struct LowStage {
     collapse: CollapseConfig,
     robots: Vec<LowRobot>,
     explorers: Vec<Rng>,
-    /// What each explores with, and for how many ticks.
+    /// What each explores with, for as many ticks as are a step of learning.
     held: Vec<Held>,
-    hold_ticks: u32,
+    ticks_a_step: u32,
     env_steps: u64,
     attempts: Window,
     /// Each robot's present attempt.
@@ -70,7 +71,7 @@ impl LowStage {
             robots: seeds.map(robot).collect(),
             explorers: exploration.map(Rng::seed_from_u64).collect(),
             held: vec![Held::default(); plan.robots],
-            hold_ticks: config.task.ticks(config.task.scale().step_s()),
+            ticks_a_step: config.task.ticks(config.task.scale().step_s()),
             env_steps: 0,
             attempts: Window::new(1_000),
             trails: vec![Trail::default(); plan.robots],
@@ -92,29 +93,31 @@ impl Stage for LowStage {
     fn round(&mut self, learners: &mut Learners) -> Result<()> {
         let (low, progress, robots) = (&mut learners.low, self.progress(), self.robots.len());
         let mut transitions = Vec::new();
-        for (index, (robot, rng)) in self.robots.iter_mut().zip(&mut self.explorers).enumerate() {
-            let held = &mut self.held[index];
-            let action = if low.is_warm() {
-                let mut action = [0.0; LOW_ACTION];
-                low.acting().run(robot.observation(), &mut action);
-                let noise = held.next(self.hold_ticks, || standard_normal(rng));
-                explore(self.noise, (index, robots), progress, action, noise)
-            } else {
-                held.next(self.hold_ticks, || rng.random_range(-1.0..=1.0))
-            };
-            let observation = *robot.observation();
-            let report = robot.step(action, &mut transitions);
-            let trail = &mut self.trails[index];
-            trail.push(&[&observation, &action], report.reward, low.discount());
-            if report.attempt != Attempt::Running {
-                let judged = report.is_terminated.then(|| trail.judge(|inputs| low.values(inputs)));
-                if let Some(ended) = ended(report.attempt, trail.total(), judged) {
-                    self.attempts.push(ended);
+        for _ in 0..self.ticks_a_step {
+            for (index, (robot, rng)) in self.robots.iter_mut().zip(&mut self.explorers).enumerate() {
+                let held = &mut self.held[index];
+                let action = if low.is_warm() {
+                    let mut action = [0.0; LOW_ACTION];
+                    low.acting().run(robot.observation(), &mut action);
+                    let noise = held.next(self.ticks_a_step, || standard_normal(rng));
+                    explore(self.noise, (index, robots), progress, action, noise)
+                } else {
+                    held.next(self.ticks_a_step, || rng.random_range(-1.0..=1.0))
+                };
+                let observation = *robot.observation();
+                let report = robot.step(action, &mut transitions);
+                let trail = &mut self.trails[index];
+                trail.push(&[&observation, &action], report.reward, low.discount());
+                if report.attempt != Attempt::Running {
+                    let judged = report.is_terminated.then(|| trail.judge(|inputs| low.values(inputs)));
+                    if let Some(ended) = ended(report.attempt, trail.total(), judged) {
+                        self.attempts.push(ended);
+                    }
+                    trail.clear();
                 }
-                trail.clear();
             }
-            self.env_steps += 1;
         }
+        self.env_steps += robots as u64;
         transitions.into_iter().for_each(|transition| low.store(transition));
         low.learn(self.progress())
     }
