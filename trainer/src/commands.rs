@@ -97,8 +97,9 @@ fn train_once(folder: &RunFolder, stop: Stop) -> Result<Option<Exit>> {
     let run = Run::open(folder.clone(), stop)?;
     let config = run.config();
     note(format_args!(
-        "training {} (profile {}, seed {}) in {}{}; Ctrl-C saves and stops",
+        "training {}{} (profile {}, seed {}) in {}{}; Ctrl-C saves and stops",
         format!("{:?}", config.algorithm).to_lowercase(),
+        config.robot.as_ref().map_or_else(String::new, |name| format!(" for {name}")),
         config.profile,
         config.seed,
         folder.path().display(),

@@ -59,17 +59,18 @@ fn a_model_for_a_robot_knows_it_by_name_and_drives_no_other() {
     std::fs::write(here.join("mine.toml"), MINE).expect("written");
     let config = format!("{TINY}[task.robot]\nlatency_s = 0.15\n");
     std::fs::write(here.join("tiny.toml"), config).expect("written");
-    let train = ["train", "--robot", "mine.toml", "--config", "tiny.toml", "--out", "run"];
+    let train = ["train", "--robot", "mine.toml", "--config", "tiny.toml"];
 
     let printed = succeed(here, &[&train[..], &["--print-config"]].concat());
     for part in ["robot = \"mine\"", "radius_m = 0.3", "latency_s = 0.15", "beam_count = 60", "hold_s = 6.0"]
     {
         assert!(printed.contains(part), "{part}: {printed}");
     }
-    succeed(here, &train);
+    let said = succeed(here, &train);
+    assert!(said.contains("training hybrid for mine"), "{said}");
     // The profile is not needed any more.
     std::fs::remove_file(here.join("mine.toml")).expect("removed");
-    succeed(here, &["export", "--run", "run", "--out", "model"]);
+    succeed(here, &["export", "--run", "runs/0001-hybrid-mine-quick-seed1", "--out", "model"]);
     let read = |name: &str| std::fs::read_to_string(here.join("model").join(name)).expect("exported");
     assert!(read("manifest.json").contains("\"robot\": \"mine\""), "{}", read("manifest.json"));
     assert!(read("README.md").contains("| robot | mine: radius 0.3 m"), "{}", read("README.md"));

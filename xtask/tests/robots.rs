@@ -59,6 +59,8 @@ fn a_robot_goes_from_its_profile_to_a_page_of_results_and_what_is_done_is_not_do
     let page = read("README.md");
     assert!(page.contains("| turtlebot4 | 1 of 1 |"), "{page}");
     let rows = read("runs.csv");
+    let seconds = rows.lines().nth(1).and_then(|row| row.split(',').nth(3));
+    assert!(seconds.is_some_and(|seconds| seconds.parse::<u32>().is_ok()), "what the trainer said: {rows}");
     for row in ["turtlebot4,3,true,", ",hybrid,maze,", ",td3,rooms,", "turtlebot4,,,,astar,clutter,"] {
         assert!(rows.contains(row), "{row}: {rows}");
     }

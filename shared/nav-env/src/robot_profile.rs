@@ -31,6 +31,9 @@ const BUILT_IN: [(&str, &str); 7] = [
     ("agv", include_str!("../../../robots/agv.toml")),
 ];
 
+/// Letters of a name at most.
+const NAME_MAX: usize = 40;
+
 /// What a profile must say: anything else would be a guess about somebody's robot.
 const REQUIRED: [(&str, &[&str]); 2] = [
     ("robot", &["radius_m", "linear_max_mps", "angular_max_radps"]),
@@ -120,6 +123,13 @@ impl RobotProfile {
         let text = std::fs::read_to_string(path)
             .map_err(|source| ProfileError::Read { path: path.to_path_buf(), source })?;
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        // It names runs, and stands in manifests and tables.
+        let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-.+".contains(letter);
+        if name.is_empty() || name.len() > NAME_MAX || !name.chars().all(is_plain) {
+            let problem =
+                format!("needs another file name: it has 1 to {NAME_MAX} letters, digits and _ - . +");
+            return Err(ProfileError::Parse { given: given.to_owned(), problem });
+        }
         Self::parse(given, &name, &text)
     }
 
@@ -283,6 +293,10 @@ mod tests {
         assert_eq!(profile.name, "my_robot");
         let unknown = RobotProfile::read("jakal").expect_err("unknown").to_string();
         assert!(names().all(|name| unknown.contains(name)) && unknown.contains("TOML file"), "{unknown}");
+        let spaced = folder.path().join("my robot.toml");
+        std::fs::write(&spaced, SAID).expect("written");
+        let spaced = RobotProfile::read(&spaced.to_string_lossy()).expect_err("a name for nothing");
+        assert!(spaced.to_string().contains("needs another file name"), "{spaced}");
         let absent = RobotProfile::read("no/such.toml").expect_err("absent").to_string();
         assert!(absent.contains("cannot read the robot no/such.toml"), "{absent}");
     }

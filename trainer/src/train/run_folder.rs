@@ -98,15 +98,16 @@ impl RunFolder {
         time(&self.policy_path()).or_else(|| time(&self.checkpoints())).unwrap_or(SystemTime::UNIX_EPOCH)
     }
 
-    /// A name for the next run below [`RUNS_FOLDER`]: numbered, with what it trains.
+    /// A name for the next run below [`RUNS_FOLDER`]: numbered, with what it trains and for which robot.
     pub fn next_path(config: &Config) -> PathBuf {
         let entries = std::fs::read_dir(RUNS_FOLDER).into_iter().flatten().flatten();
         let number = |name: &str| name.split('-').next().and_then(|number| number.parse::<u32>().ok());
         let last =
             entries.filter_map(|entry| number(&entry.file_name().to_string_lossy())).max().unwrap_or(0);
         let algorithm = format!("{:?}", config.algorithm).to_lowercase();
+        let robot = config.robot.as_ref().map_or_else(String::new, |name| format!("-{name}"));
         Path::new(RUNS_FOLDER).join(format!(
-            "{:04}-{algorithm}-{}-seed{}",
+            "{:04}-{algorithm}{robot}-{}-seed{}",
             last + 1,
             config.profile,
             config.seed
