@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Point, Pose};
 use nav_host::terminal::{debug, say, warn};
 use nav_sim::cylinders::{Surroundings, read};
@@ -56,7 +57,7 @@ impl Import {
         make_empty(&self.out)?;
         let mut left_out = 0;
         for world in &worlds {
-            match check(world, self.robot_radius) {
+            match check(world, &Footprint::circle(self.robot_radius)) {
                 Ok(()) => {
                     let path = self.out.join(format!("{}.toml", world.name));
                     save(&path, world)?;

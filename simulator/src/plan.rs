@@ -142,7 +142,7 @@ mod tests {
         assert!(other.contains("was trained for another robot") && other.contains("of jackal"), "{other}");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("own.toml");
-        let own = "[robot]\nradius_m = 0.2\nlinear_max_mps = 1.0\nangular_max_radps = 1.0\n\
+        let own = "[robot]\nfootprint.circle.radius_m = 0.2\nlinear_max_mps = 1.0\nangular_max_radps = 1.0\n\
                    [lidar]\nbeam_count = 72\nrange_max_m = 5.0\n";
         std::fs::write(&path, own).expect("written");
         let path = path.to_str().expect("a plain path");

@@ -2,7 +2,7 @@
 //!
 //! | mark | meaning |
 //! |---|---|
-//! | arrow, `X` | the robot, the goal |
+//! | arrow in an outline, `X` | the robot, the goal |
 //! | `O`, `o` | people whom the safety gate follows as moving, and others |
 //! | dots before an `O` | where the gate believes them to walk in the next second |
 
@@ -164,8 +164,8 @@ impl View {
     fn picture(&mut self, simulation: &Simulation, seen: &Seen, faults: u32) -> String {
         self.canvas.dots.clone_from(&self.walls);
         self.canvas.marks.fill(None);
-        for point in &self.trail {
-            self.canvas.dot(*point);
+        for point in self.trail.iter().copied().chain(simulation.body().outline()) {
+            self.canvas.dot(point);
         }
         self.canvas.mark(simulation.world().goal, 'X');
         let moving = || seen.tracks.iter().filter(|track| track.velocity.norm() > 0.0);

@@ -29,7 +29,7 @@ impl WorldSource {
         if let (Some(map), Some([x_m, y_m, yaw_rad]), Some(goal)) =
             (&arguments.map, arguments.start, arguments.goal)
         {
-            let options = MapOptions { robot_radius_m: task.robot.radius_m, ..MapOptions::default() };
+            let options = MapOptions { footprint: task.robot.footprint, ..MapOptions::default() };
             let start = Pose::new(x_m, y_m, yaw_rad);
             let map = Map::load(map, &options)?;
             for warning in map.warnings() {
@@ -40,9 +40,9 @@ impl WorldSource {
         }
         if let Some(path) = &arguments.world_file {
             let worlds = if path.is_dir() {
-                world_file::read_folder(path, task.robot.radius_m)?
+                world_file::read_folder(path, &task.robot.footprint)?
             } else {
-                vec![(path.clone(), world_file::load(path, task.robot.radius_m)?)]
+                vec![(path.clone(), world_file::load(path, &task.robot.footprint)?)]
             };
             let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             return Ok(Self::Read(
@@ -70,17 +70,17 @@ impl WorldSource {
 
     /// The world of an episode, counted from 0, and a seed, with a way from start to goal.
     pub(crate) fn place(&self, episode: u32, seed: u64, task: &Task) -> Result<Place> {
-        let radius_m = task.robot.radius_m;
+        let footprint = &task.robot.footprint;
         let place = match self {
-            &Self::Family(family, split) => Place::generated(family, split, seed, radius_m),
+            &Self::Family(family, split) => Place::generated(family, split, seed, footprint),
             Self::Read(worlds) => {
                 let (name, world) = &worlds[episode as usize % worlds.len()];
-                Place::read(name, world.clone(), seed, radius_m)
+                Place::read(name, world.clone(), seed, footprint)
             }
         };
         ensure!(
             place.geodesic_m().is_some(),
-            "in {} a robot of radius {radius_m} m has no way from start to goal: choose other ones",
+            "in {} a robot of {footprint} has no way from start to goal: choose other ones",
             place.world.name
         );
         Ok(place)

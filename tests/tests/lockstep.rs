@@ -39,8 +39,8 @@ fn in_process(stage: &Stage, places: &[Place], disturbance: &Disturbance, limits
 
 /// The worlds of a family from a seed on.
 fn places(family: Family, seed: u64) -> Vec<Place> {
-    let radius_m = Task::default().robot.radius_m;
-    (seed..seed + EPISODES).map(|seed| Place::generated(family, Split::Test, seed, radius_m)).collect()
+    let footprint = &Task::default().robot.footprint;
+    (seed..seed + EPISODES).map(|seed| Place::generated(family, Split::Test, seed, footprint)).collect()
 }
 
 /// The simulator's report, driven by the runtime in two processes.
@@ -146,8 +146,8 @@ fn in_a_folder_of_world_files_with_other_limits() {
     for (number, name) in ["w9.toml", "w10.toml"].into_iter().enumerate() {
         let world = generate(Family::Rooms, Split::Test, 5 + number as u64);
         world_file::save(&folder.join(name), &world).expect("written");
-        let radius_m = Task::default().robot.radius_m;
-        expected.push(Place::read(name, Arc::new(world), number as u64, radius_m));
+        let footprint = &Task::default().robot.footprint;
+        expected.push(Place::read(name, Arc::new(world), number as u64, footprint));
     }
     let limits = Limits { time_limit_s: Some(20.0), goal_radius_m: Some(1.0) };
     let expected = in_process(&stage, &expected, &Disturbance::usual(), limits);

@@ -79,7 +79,7 @@ fn coordinates_of_a_survey_are_refused_before_driving() {
 #[test]
 fn a_way_that_is_closed_is_told_once() {
     let ended = simulate("map-13-double-message", "1,1,0", "3,1");
-    ended.refused(&["no path of a robot with a radius of 0.2 m"]);
+    ended.refused(&["no path for a robot 0.4 m wide"]);
     assert_eq!(ended.stderr.matches("no path").count(), 1, "{}", ended.stderr);
 }
 

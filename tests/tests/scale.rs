@@ -4,6 +4,7 @@
 //! forgotten somewhere does not.
 
 use nav_core::controller::Controller;
+use nav_core::footprint::Footprint;
 use nav_core::geometry::Pose;
 use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{Decision, Lidar, Robot, ShieldMode, Task};
@@ -35,11 +36,14 @@ const OTHERS: [Factors; 3] = [
     Factors { length: 2.0, time: 2.0 },
 ];
 
+/// As it is.
+const ONE: Factors = Factors { length: 1.0, time: 1.0 };
+
 impl Factors {
     fn task(self, of: &Task, shield: ShieldMode) -> Task {
         let Self { length, time } = self;
         let robot = Robot {
-            radius_m: of.robot.radius_m * length,
+            footprint: of.robot.footprint.scaled(length),
             linear_max_mps: of.robot.linear_max_mps * length / time,
             linear_min_mps: of.robot.linear_min_mps * length / time,
             angular_max_radps: of.robot.angular_max_radps / time,
@@ -50,6 +54,11 @@ impl Factors {
         let lidar = Lidar {
             range_min_m: of.lidar.range_min_m * length,
             range_max_m: of.lidar.range_max_m * length,
+            mount: Pose::new(
+                of.lidar.mount.x_m * length,
+                of.lidar.mount.y_m * length,
+                of.lidar.mount.yaw_rad,
+            ),
             ..of.lidar
         };
         let Decision { deviation_margin, memory, .. } = of.decision;
@@ -80,6 +89,15 @@ impl Factors {
 
 fn shipped_task() -> Task {
     shipped().manifest().task
+}
+
+/// A box that does not turn about its middle, with a lidar in a corner of it.
+fn boxed_task() -> Task {
+    let shipped = shipped_task();
+    let footprint = Footprint::Rectangle { front_m: 0.25, rear_m: 0.125, half_width_m: 0.15625 };
+    let mount = Pose::new(0.1875, -0.0625, 0.5);
+    let lidar = Lidar { mount, ..shipped.lidar };
+    ONE.task(&Task { robot: Robot { footprint, ..shipped.robot }, lidar, ..shipped }, shipped.shield)
 }
 
 fn shipped() -> Model {
@@ -115,7 +133,7 @@ fn driven(
 ) -> (Vec<Pose>, EpisodeEnd) {
     let task = *driver.task();
     let mut robot = SimulatedRobot::new(&task, &factors.disturbance());
-    let place = Place::generated(family, Split::Validation, seed, task.robot.radius_m);
+    let place = Place::generated(family, Split::Validation, seed, &task.robot.footprint);
     let driven = robot.drive(driver, &place, true);
     let trace = driven.trace.expect("it was asked for");
     (trace.steps.iter().map(|step| step.pose).collect(), driven.metrics.end)
@@ -132,14 +150,12 @@ fn difference(reference: &[Pose], other: &[Pose], length: f32) -> Option<String>
         .or_else(|| (steps != others).then(|| format!("{steps} steps and {others}")))
 }
 
-fn same_everywhere(make: impl Fn(&Task) -> Box<dyn Driver>, shield: ShieldMode, worlds: u64) {
-    let one = Factors { length: 1.0, time: 1.0 };
-    let task = shipped_task();
-    let reference = one.task(&task, shield);
+fn same_everywhere(task: Task, make: impl Fn(&Task) -> Box<dyn Driver>, shield: ShieldMode, worlds: u64) {
+    let reference = ONE.task(&task, shield);
     assert_eq!(reference, Task { shield, ..task }, "its settings are the defaults of its robot");
     for family in STATIC {
         for seed in 0..worlds {
-            let (poses, end) = driven(&mut *make(&reference), one, (family, seed));
+            let (poses, end) = driven(&mut *make(&reference), ONE, (family, seed));
             for factors in OTHERS {
                 let mut other = make(&factors.task(&task, shield));
                 let (others, other_end) = driven(&mut *other, factors, (family, seed));
@@ -156,18 +172,33 @@ fn same_everywhere(make: impl Fn(&Task) -> Box<dyn Driver>, shield: ShieldMode, 
 
 #[test]
 fn the_shipped_policy_drives_the_same_trajectory() {
-    same_everywhere(policy, ShieldMode::Off, 4);
+    same_everywhere(shipped_task(), policy, ShieldMode::Off, 4);
 }
 
 #[test]
 fn and_so_it_does_behind_the_gate() {
-    same_everywhere(informed_policy, ShieldMode::On, 4);
+    same_everywhere(shipped_task(), informed_policy, ShieldMode::On, 4);
+}
+
+#[test]
+fn and_so_does_a_box_with_its_lidar_in_a_corner() {
+    same_everywhere(boxed_task(), policy, ShieldMode::Off, 2);
+}
+
+#[test]
+fn and_so_does_a_box_behind_the_gate() {
+    same_everywhere(boxed_task(), informed_policy, ShieldMode::On, 2);
+}
+
+#[test]
+fn and_so_does_a_box_on_the_known_map() {
+    same_everywhere(boxed_task(), rival(Rival::Astar), ShieldMode::Off, 2);
 }
 
 #[test]
 fn and_so_do_the_rivals() {
     for (name, worlds) in [(Rival::Reactive, 4), (Rival::Astar, 4), (Rival::Clairvoyant, 1)] {
-        same_everywhere(rival(name), ShieldMode::Off, worlds);
+        same_everywhere(shipped_task(), rival(name), ShieldMode::Off, worlds);
     }
 }
 
@@ -180,7 +211,7 @@ fn at_other_rates_the_shipped_policy_drives_sensibly() {
             assert_eq!(task.validate(), Ok(()));
             let (mut driver, mut robot) = (policy(&task), SimulatedRobot::new(&task, &Disturbance::usual()));
             let ends = (0..20).map(|seed| {
-                let place = Place::generated(Family::Clutter, Split::Validation, seed, task.robot.radius_m);
+                let place = Place::generated(Family::Clutter, Split::Validation, seed, &task.robot.footprint);
                 robot.drive(&mut *driver, &place, false).metrics.end
             });
             let reached = ends.filter(|end| *end == EpisodeEnd::Success).count();

@@ -36,7 +36,7 @@ fn the_shipped_model_does_not_stand_until_its_time_is_over() {
         let mut controller = model.into_controller().expect("a controller");
         let mut robot = SimulatedRobot::new(&task, &name.disturbance(&task.robot));
         for (family, seed) in STOOD {
-            let place = Place::generated(family, Split::Validation, seed, task.robot.radius_m);
+            let place = Place::generated(family, Split::Validation, seed, &task.robot.footprint);
             let metrics = robot.drive(&mut controller, &place, false).metrics;
             assert!(
                 metrics.end != EpisodeEnd::Timeout || metrics.stood_at_end_s < LONG_S,

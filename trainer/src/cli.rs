@@ -129,7 +129,7 @@ pub enum RobotCommand {
     List,
     /// What follows from a robot, and what is odd about it.
     #[command(after_help = "\
-A FILE looks as those in robots/ do: [robot] with radius_m, linear_max_mps and angular_max_radps at least, [lidar] with \
+A FILE looks as those in robots/ do: [robot] with footprint, linear_max_mps and angular_max_radps at least, [lidar] with \
 beam_count and range_max_m at least.
 Exit status: 0 when it can be trained for, odd or not, 1 when it cannot.")]
     Check {

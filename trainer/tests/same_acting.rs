@@ -37,7 +37,8 @@ fn training_and_controller_drive_alike() {
     let task = Task::default();
     // Two steps from a command to its effect: what is under way matters.
     let disturbance = Disturbance { latency_s: [0.2, 0.2], ..Disturbance::trained() };
-    let places = generate_places(&[Family::Rooms, Family::Clutter], Split::Train, 0..4, task.robot.radius_m);
+    let places =
+        generate_places(&[Family::Rooms, Family::Clutter], Split::Train, 0..4, &task.robot.footprint);
 
     let (low, high) = networks();
     // Training has no safety gate.

@@ -85,16 +85,16 @@ impl ClosingSpeeds {
         })
     }
 
-    /// Time until the first thing that closes in touches a footprint of `radius_m` that keeps `linear_mps`,
+    /// Time until the first thing that closes in touches the footprint of a robot that keeps `linear_mps`,
     /// if nobody yields, s; infinite when nothing does.
-    pub(crate) fn time_to_contact_s(&self, geometry: &ScanGeometry, radius_m: f32, linear_mps: f32) -> f32 {
+    pub(crate) fn time_to_contact_s(&self, geometry: &ScanGeometry, linear_mps: f32) -> f32 {
         let (ranges_m, _) = self.seen.newest();
         let slowest_mps = self.scale.mps(SLOWEST_MPS);
         let mut soonest_s = f32::INFINITY;
         for (sector, &closing) in self.closing_mps.iter().enumerate() {
             if closing > 0.0 {
                 let own = linear_mps * geometry.sector_directions()[sector].0;
-                let gap_m = (ranges_m[sector] - radius_m).max(0.0);
+                let gap_m = (ranges_m[sector] - geometry.reach_m()[sector]).max(0.0);
                 soonest_s = soonest_s.min(gap_m / (closing + own).max(slowest_mps));
             }
         }
@@ -140,7 +140,7 @@ mod tests {
         assert!(closing.towards_mps(PI) <= 0.0);
         let geometry = ScanGeometry::new(&Task::default());
         // 2.2 m away by then, 2 m from the footprint.
-        let contact_s = closing.time_to_contact_s(&geometry, 0.2, 1.0);
+        let contact_s = closing.time_to_contact_s(&geometry, 1.0);
         assert!((contact_s - 1.0).abs() < 0.1, "{contact_s}");
     }
 }

@@ -5,7 +5,7 @@
 //! all call this crate, so there is one observation, one reward, one set of metrics and one way of acting.
 //!
 //! Reading order: [`messages`] (what goes over the wire) and [`task`] (what a policy was trained for, and on
-//! which robot: [`scale`]), then [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
+//! which robot: [`footprint`], [`scale`]), then [`scan`] → [`local_map`] → [`optimistic`] → [`subgoal`] → [`observation`] (what a policy sees), [`navigator`]
 //! (when it decides), [`tracker`] (who moves around it), [`network`] (how it is evaluated), [`shield`] (as [`shielding`] lets
 //! drivers use it) and [`guard`] (what may leave),
 //! [`tick`] and [`controller`] (all of it), [`run_state`] (what it is doing), [`driver_guard`] (what the base obeys);
@@ -16,6 +16,7 @@ pub mod twist;
 pub mod geometry;
 pub mod messages;
 pub mod topics;
+pub mod footprint;
 pub mod task;
 pub mod scale;
 

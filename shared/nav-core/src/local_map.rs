@@ -156,8 +156,13 @@ impl LocalMap {
         let (cell_m, cells_per_m) = (self.cell_m, 1.0 / self.cell_m);
         let ray_max_m = RAY_MAX_CELLS * cell_m;
         // Relative to the window's corner a ray never leaves the window, and truncation is rounding down.
-        let start_x = position.x * cells_per_m - self.origin.ix as f32;
-        let start_y = position.y * cells_per_m - self.origin.iy as f32;
+        let lidar = scan.origin();
+        let start_m = Point::new(
+            position.x + (cos * lidar.x - sin * lidar.y),
+            position.y + (sin * lidar.x + cos * lidar.y),
+        );
+        let start_x = start_m.x * cells_per_m - self.origin.ix as f32;
+        let start_y = start_m.y * cells_per_m - self.origin.iy as f32;
         let (first_column, first_row) = ((self.origin.ix & MASK) as usize, (self.origin.iy & MASK) as usize);
         for &(ray_cos, ray_sin, free_m) in scan.rays() {
             let (step_x, step_y) = (cos * ray_cos - sin * ray_sin, sin * ray_cos + cos * ray_sin);

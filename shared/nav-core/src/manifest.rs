@@ -6,7 +6,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of the manifest format that this build reads and writes.
-pub const MANIFEST_FORMAT: u32 = 2;
+pub const MANIFEST_FORMAT: u32 = 3;
 /// File name of the manifest within a model folder.
 pub const MANIFEST_FILE: &str = "manifest.json";
 /// File name of a signature of the manifest, where somebody signed it: minisign's.

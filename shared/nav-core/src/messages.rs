@@ -39,7 +39,7 @@ impl Header {
     }
 }
 
-/// One revolution (or field of view) of a planar lidar, in the robot frame.
+/// One revolution (or field of view) of a planar lidar, in its own frame ([`Lidar::mount`](crate::task::Lidar::mount)).
 ///
 /// A range of `INFINITY` means that nothing was hit within `range_max_m`; NaN, or a value below
 /// `range_min_m`, is a measurement that failed.
@@ -48,7 +48,7 @@ impl Header {
 pub struct LaserScan {
     /// Time and order.
     pub header: Header,
-    /// Direction of beam 0 in the robot frame, rad.
+    /// Direction of beam 0 in the lidar's frame, rad.
     pub angle_min_rad: f32,
     /// From one beam to the next, counter-clockwise, rad.
     pub angle_increment_rad: f32,

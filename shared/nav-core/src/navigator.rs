@@ -87,7 +87,7 @@ impl Navigator {
         let scan = ScanView::new(&geometry);
         Self {
             task: *task,
-            compression: Compression::new(geometry.range_max_m() - task.robot.radius_m, &scale),
+            compression: Compression::new(geometry.clearance_max_m(), &scale),
             geometry,
             reader: ScanReader::new(task),
             scan,
@@ -209,10 +209,10 @@ impl Navigator {
     }
 
     fn remember(&mut self, is_first: bool) {
-        let radius_m = self.task.robot.radius_m;
         let mut now = [0.0; SECTOR_COUNT];
-        for (value, &range_m) in now.iter_mut().zip(self.scan.sectors_m()) {
-            *value = self.compression.of(range_m - radius_m);
+        let ranges_m = self.scan.sectors_m().iter().zip(self.geometry.reach_m());
+        for (value, (&range_m, &reach_m)) in now.iter_mut().zip(ranges_m) {
+            *value = self.compression.of(range_m - reach_m);
         }
         if is_first {
             self.clearance.fill(now);

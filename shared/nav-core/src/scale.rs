@@ -22,6 +22,11 @@
 //! | turning rate, rad/s | x | x / `time` |
 //! | share, count of things | x | x |
 //!
+//! **The length of a robot** is the radius of the circle that it turns in
+//! ([`circumradius_m`](crate::footprint::Footprint::circumradius_m)), whatever the shape of its footprint: in a world that is
+//! scaled by it every robot can turn wherever the reference robot can, and gaps of a family are a stated multiple of that
+//! circle. A long robot passes narrower gaps than that straight on.
+//!
 //! What is a person's (sizes, walking speeds, the room that people are given) or a sensor's (noise, drift) is what it is
 //! whoever drives past, and is not scaled. Settings are in metres and seconds; what follows from the robot are their
 //! defaults.
@@ -55,7 +60,7 @@ impl Scale {
 
     /// Of a robot. Here, and nowhere else, it is said which of its measures is its size.
     pub fn of(robot: &Robot) -> Self {
-        let length = robot.radius_m / REFERENCE_RADIUS_M;
+        let length = robot.footprint.circumradius_m() / REFERENCE_RADIUS_M;
         Self { length, time: length / (robot.linear_max_mps / REFERENCE_MPS) }
     }
 
@@ -88,10 +93,12 @@ impl Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::footprint::Footprint;
     use crate::task::Task;
 
     fn task(radius_m: f32, linear_max_mps: f32, control_period_s: f32) -> Task {
-        let robot = Robot { radius_m, linear_max_mps, ..Robot::default() };
+        let footprint = Footprint::circle(radius_m);
+        let robot = Robot { footprint, linear_max_mps, ..Robot::default() };
         Task { control_period_s, ..Task::of(robot) }
     }
 

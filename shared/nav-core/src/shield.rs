@@ -15,12 +15,17 @@
 //! |---|---|
 //! | `motion.rs` | where the robot will be: commands under way, latency, lag, acceleration limits |
 //! | `people.rs` | where those who move will be, from [`crate::tracker`] |
-//! | `standing.rs` | what stands, from the scans of the last moment |
+//! | `sectors.rs`, `standing.rs` | what stands, from the scans of the last moment |
 //! | `kept.rs` | what stood near before that, and no beam has hit since |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
 //! | `ways.rs` | the ways to go on that are tried |
 //! | `intervention.rs` | what the gate did, and because of what |
 //! | `danger.rs` | what a command leads to |
+//!
+//! **Shapes.** A disc is judged by where its centre goes. A rectangle is judged by its outline, turned as it will be: when it
+//! turns on the spot its corners sweep, so that a turn, too, must be one that it can still stop, and it has stopped only when it
+//! turns no more. Where nothing is free, as everywhere, what is near already may not come nearer still, and so the way out is
+//! the way in.
 //!
 //! **What it cannot promise.** It knows what the lidar shows: nothing behind corners, nothing narrower than the gap between
 //! two beams at the distance that stopping takes, nothing above or below the plane. People may walk faster than the robot
@@ -35,6 +40,7 @@ mod intervention;
 mod kept;
 mod motion;
 mod people;
+mod sectors;
 mod standing;
 mod ways;
 
@@ -46,13 +52,14 @@ use self::danger::{Danger, Obstacles};
 use self::kept::Kept;
 use self::motion::{Clock, LATE_MAX, UnderWay};
 use self::people::People;
-use self::standing::{Sectors, Standing, View};
+use self::sectors::{Sectors, View};
+use self::standing::Standing;
 use crate::geometry::{Point, Pose};
 use crate::messages::LaserScan;
 use crate::scale::Scale;
 use crate::scan::beams::Beams;
 use crate::sent::Sent;
-use crate::task::{Robot, Task};
+use crate::task::{Lidar, Robot, Task};
 use crate::tracker::{TRACKS_MAX, Tracker};
 use crate::twist::Twist;
 use heapless::Vec;
@@ -95,6 +102,7 @@ pub struct Open {
 #[derive(Clone, Debug)]
 pub struct Shield {
     robot: Robot,
+    lidar: Lidar,
     scale: Scale,
     clock: Clock,
     latency: usize,
@@ -119,6 +127,7 @@ impl Shield {
         let (clock, scale) = (Clock::new(task), task.scale());
         Self {
             robot: task.robot,
+            lidar: task.lidar,
             scale,
             clock,
             latency: clock.steps(task.control_period_s).min(LATE_MAX),
@@ -128,8 +137,8 @@ impl Shield {
             tracker: Tracker::new(task),
             movers: Vec::new(),
             is_informed: false,
-            hits: Standing::new(&scale),
-            walls: Standing::new(&scale),
+            hits: Standing::new(&scale, &task.robot.footprint),
+            walls: Standing::new(&scale, &task.robot.footprint),
             kept: Kept::new(&scale),
             people: People::new(),
         }
@@ -147,12 +156,14 @@ impl Shield {
         self.movers.extend(movers.take(TRACKS_MAX));
     }
 
-    /// Takes in a scan that was taken at `pose` (`odom_from_robot`).
+    /// Takes in a scan that was taken with the robot at `pose` (`odom_from_robot`).
     pub fn see(&mut self, scan: &LaserScan, pose: Pose) {
         let stamp_ns = scan.header.stamp_ns;
         self.beams.read(scan, self.no_return_m);
         self.sectors.lay_out(&self.beams);
-        self.tracker.update(&self.beams, pose, stamp_ns);
+        // Beams and who is followed by them are seen from where the lidar is, courses from where the robot is.
+        let lidar_pose = self.lidar.pose(pose);
+        self.tracker.update(&self.beams, lidar_pose, stamp_ns);
         if !self.is_informed {
             let moving = self.tracker.tracks().iter().filter(|track| track.is_moving());
             self.movers.clear();
@@ -168,8 +179,9 @@ impl Shield {
         let far_m = (self.robot.linear_max_mps + PEOPLE_MPS) * self.clock.horizon_s();
         self.people.foresee(&self.movers, pose, &self.clock, &self.robot, far_m);
 
-        let radius_m = self.robot.radius_m;
-        let view = View { beams: &self.beams, sectors: &self.sectors, pose, stamp_ns, radius_m };
+        let (beams, sectors) = (&self.beams, &self.sectors);
+        let (footprint, mount) = (&self.robot.footprint, &self.lidar.mount);
+        let view = View { beams, sectors, pose: lidar_pose, stamp_ns, footprint, mount };
         self.hits.see(&view, |_| false, |_| {});
         let (beams, tracker, movers) = (&self.beams, &self.tracker, &self.movers);
         let is_informed = self.is_informed;
@@ -178,21 +190,23 @@ impl Shield {
                 return tracker.owner(index).is_some_and(|owner| tracker.tracks()[owner].is_moving());
             }
             let beam = &beams.as_slice()[index];
-            let hit = pose.parent_from_local(Point::new(beam.range_m * beam.cos, beam.range_m * beam.sin));
+            let hit =
+                lidar_pose.parent_from_local(Point::new(beam.range_m * beam.cos, beam.range_m * beam.sin));
             movers.iter().any(|mover| (hit - mover.position).norm() < mover.radius_m + PERSON_EDGE_M)
         };
         let kept = &mut self.kept;
         let leaving = |point| kept.keep(point, here);
         self.walls.see(&view, is_person, leaving);
         let stopping_m = self.stopping_m();
-        self.kept.look_again(&self.beams, pose, stamp_ns, stopping_m);
+        self.kept.look_again(&self.beams, lidar_pose, stamp_ns, stopping_m);
 
         // What was hit by one beam may reach up to the next one.
-        self.hits.lay_out(&self.kept, pose, radius_m, self.beams.step_rad(), stopping_m);
+        let (lidar, spacing_rad) = (lidar_pose.position(), self.hits.spacing_rad(&self.beams));
+        self.hits.lay_out(&self.kept, pose, lidar, spacing_rad, stopping_m);
         if !self.people.is_empty() {
-            let far_m = self.robot.linear_max_mps * self.clock.horizon_s() + 2.0 * radius_m;
+            let far_m = self.robot.linear_max_mps * self.clock.horizon_s() + 2.0 * footprint.circumradius_m();
             // Farther ahead there will be other scans to go by.
-            self.walls.lay_out(&self.kept, pose, radius_m, 0.5 * self.beams.step_rad(), far_m);
+            self.walls.lay_out(&self.kept, pose, lidar, 0.5 * spacing_rad, far_m);
         }
     }
 
@@ -202,7 +216,7 @@ impl Shield {
         let robot = &self.robot;
         let steps = self.clock.steps(robot.latency_s) + self.clock.held + 2;
         let late_s = steps as f32 * self.clock.step_s[0];
-        1.5 * (robot.linear_max_mps * late_s + robot.braking_m()) + 2.0 * robot.radius_m
+        1.5 * (robot.linear_max_mps * late_s + robot.braking_m()) + 2.0 * robot.footprint.circumradius_m()
     }
 
     /// The safe command nearest to `wish`, and why, if it is another. `sent` are the last commands, newest first, `measured`

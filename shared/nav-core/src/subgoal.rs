@@ -80,7 +80,7 @@ impl Candidates {
     /// Measures the corridors; `goal_bearing_rad` is the goal's direction in the robot frame.
     pub fn measure(task: &Task, scan: &ScanView, goal_bearing_rad: f32) -> Self {
         let scale = task.scale();
-        let half_width_m = task.robot.radius_m + scale.m(CORRIDOR_CLEARANCE_M);
+        let lane = task.robot.footprint.lane(scale.m(CORRIDOR_CLEARANCE_M));
         let limit_m = scale.m(CORRIDOR_LIMIT_M);
         let mut candidates = Self {
             corridor_m: [0.0; DIRECTION_COUNT],
@@ -89,7 +89,7 @@ impl Candidates {
         };
         for direction in 0..DIRECTION_COUNT {
             let angle = goal_bearing_rad + direction_angle_rad(direction);
-            let free_m = scan.corridor_m(libm::cosf(angle), libm::sinf(angle), half_width_m, limit_m);
+            let free_m = scan.corridor_m(libm::cosf(angle), libm::sinf(angle), &lane, limit_m);
             let distance_m =
                 (free_m - task.decision.corridor_margin_m).clamp(0.0, task.decision.subgoal_distance_m);
             candidates.corridor_m[direction] = free_m;
@@ -98,10 +98,28 @@ impl Candidates {
                 candidates.mask.0 |= 1 << direction;
             }
         }
+        candidates.keep_where_it_can_turn(task, scan, goal_bearing_rad);
         if candidates.mask.actions().all(|action| action >= DIRECTION_COUNT) {
             candidates.make_do(task);
         }
         candidates
+    }
+
+    /// Leaves the directions that the robot can turn to on the spot or on its way, if there are any: between walls that are
+    /// nearer than its corners reach, those are ahead, and behind if it reverses. Where there is none it must try what it can.
+    fn keep_where_it_can_turn(&mut self, task: &Task, scan: &ScanView, goal_bearing_rad: f32) {
+        let robot = &task.robot;
+        let turns = scan.turns(&robot.footprint);
+        let leads = |direction: usize| {
+            turns.lead_to(goal_bearing_rad + direction_angle_rad(direction), robot.reverses())
+        };
+        let (all, directions) = (self.mask.0, (1 << DIRECTION_COUNT) - 1);
+        let kept = (0..DIRECTION_COUNT)
+            .filter(|&direction| self.mask.allows(direction) && !leads(direction))
+            .fold(all, |kept, direction| kept & !(1 << direction));
+        if kept & directions != 0 {
+            self.mask.0 = kept;
+        }
     }
 
     /// Shorter subgoals and less margin, so that a robot in a tight place has somewhere to go.

@@ -8,6 +8,7 @@ mod check;
 
 pub use self::robot::Robot;
 
+use crate::geometry::Pose;
 use crate::scale::Scale;
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
@@ -47,18 +48,20 @@ pub struct Task {
     pub shield: ShieldMode,
 }
 
-/// A planar lidar at the robot's centre.
+/// A planar lidar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lidar {
     /// Beams a scan, at most [`crate::messages::MAX_BEAMS`].
     pub beam_count: u32,
-    /// Field of view, centred on the robot's x axis, rad; a full circle does not repeat its first beam.
+    /// Field of view, centred on the lidar's own x axis, rad; a full circle does not repeat its first beam.
     pub field_of_view_rad: f32,
     /// Shortest valid range, m.
     pub range_min_m: f32,
     /// Longest valid range, m.
     pub range_max_m: f32,
+    /// Where it sits on the robot, and which way it looks: `robot_from_lidar`. Scans are in its own frame.
+    pub mount: Pose,
 }
 
 /// When the high level decides, and what its choices mean.
@@ -137,7 +140,13 @@ impl Default for Task {
 
 impl Default for Lidar {
     fn default() -> Self {
-        Self { beam_count: 72, field_of_view_rad: TAU, range_min_m: 0.05, range_max_m: 5.0 }
+        Self {
+            beam_count: 72,
+            field_of_view_rad: TAU,
+            range_min_m: 0.05,
+            range_max_m: 5.0,
+            mount: Pose::default(),
+        }
     }
 }
 
@@ -178,12 +187,18 @@ impl Lidar {
         self.field_of_view_rad.min(TAU) / gaps
     }
 
-    /// Direction of beam 0 in the robot frame, rad.
+    /// Direction of beam 0 in the lidar's frame, rad.
     pub fn angle_min_rad(&self) -> f32 {
         -0.5 * self.field_of_view_rad.min(TAU)
     }
 
-    /// Direction of a beam in the robot frame, rad.
+    /// Where it is when the robot is at a pose.
+    pub fn pose(&self, robot: Pose) -> Pose {
+        // To the bit where it sits in the middle.
+        if self.mount == Pose::default() { robot } else { robot.after(&self.mount) }
+    }
+
+    /// Direction of a beam in the lidar's frame, rad.
     pub fn beam_angle_rad(&self, beam: usize) -> f32 {
         self.angle_min_rad() + beam as f32 * self.angle_increment_rad()
     }

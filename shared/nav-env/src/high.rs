@@ -190,9 +190,9 @@ impl HighRobot {
         let target =
             self.episode.navigator().decision().map_or(start.position(), |decision| decision.subgoal);
         let task = self.episode.simulation().task();
-        let half_width_m = task.robot.radius_m + task.scale().m(CORRIDOR_CLEARANCE_M);
+        let lane = task.robot.footprint.lane(task.scale().m(CORRIDOR_CLEARANCE_M));
         let ahead_m = task.scale().m(AHEAD_M);
-        let free_m = self.episode.navigator().scan().corridor_m(1.0, 0.0, half_width_m, ahead_m);
+        let free_m = self.episode.navigator().scan().corridor_m(1.0, 0.0, &lane, ahead_m);
         let obstacle_ahead = free_m < ahead_m;
         let mut pending = Pending { observation: self.observation, action, reward: 0.0, discount: 1.0 };
         let mut steps = 0;

@@ -167,20 +167,21 @@ impl LowRobot {
         self.episode.encode_low_towards(self.target, &mut self.observation);
     }
 
-    /// A random point at the end of a free corridor, `odom` frame.
+    /// A random point at the end of a free corridor that the robot can turn to, `odom` frame.
     fn random_subgoal(&mut self) -> Option<Point> {
         let navigator = self.episode.navigator();
         let task = self.episode.simulation().task();
         let scale = task.scale();
-        let half_width_m = task.robot.radius_m + scale.m(CLEARANCE_M);
+        let robot = &task.robot;
+        let lane = robot.footprint.lane(scale.m(CLEARANCE_M));
+        let turns = navigator.scan().turns(&robot.footprint);
         let [least_m, most_m] = self.config.subgoal_m;
         let limit_m = most_m + scale.m(BEYOND_M);
         for _ in 0..10 {
             let bearing = self.rng.random_range(-std::f32::consts::PI..std::f32::consts::PI);
             let (sin, cos) = libm::sincosf(bearing);
-            let free_m =
-                navigator.scan().corridor_m(cos, sin, half_width_m, limit_m) - scale.m(SUBGOAL_MARGIN_M);
-            if free_m > least_m {
+            let free_m = navigator.scan().corridor_m(cos, sin, &lane, limit_m) - scale.m(SUBGOAL_MARGIN_M);
+            if free_m > least_m && turns.lead_to(bearing, robot.reverses()) {
                 let distance_m = self.rng.random_range(least_m..=free_m.min(most_m));
                 let local = Point::new(distance_m * cos, distance_m * sin);
                 return Some(navigator.pose().parent_from_local(local));

@@ -3,7 +3,7 @@
 //! ```toml
 //! control_period_s = 0.2    # if it is not 0.1
 //! [robot]                   # the fields of nav_core::task::Robot
-//! radius_m = 0.105
+//! footprint = { circle = { radius_m = 0.105 } }
 //! linear_max_mps = 0.22
 //! angular_max_radps = 2.84
 //! [lidar]                   # those of nav_core::task::Lidar
@@ -36,7 +36,7 @@ const NAME_MAX: usize = 40;
 
 /// What a profile must say: anything else would be a guess about somebody's robot.
 const REQUIRED: [(&str, &[&str]); 2] = [
-    ("robot", &["radius_m", "linear_max_mps", "angular_max_radps"]),
+    ("robot", &["footprint", "linear_max_mps", "angular_max_radps"]),
     ("lidar", &["beam_count", "range_max_m"]),
 ];
 
@@ -212,12 +212,13 @@ fn located(text: &str, error: &toml::de::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nav_core::footprint::Footprint;
 
     fn parse(text: &str) -> Result<RobotProfile, String> {
         RobotProfile::parse("mine.toml", "mine", text).map_err(|error| error.to_string())
     }
 
-    const SAID: &str = "[robot]\nradius_m = 0.3\nlinear_max_mps = 0.5\nangular_max_radps = 1.0\n\
+    const SAID: &str = "[robot]\nfootprint.circle.radius_m = 0.3\nlinear_max_mps = 0.5\nangular_max_radps = 1.0\n\
                         [lidar]\nbeam_count = 60\nrange_max_m = 8.0\n";
 
     #[test]
@@ -256,8 +257,9 @@ mod tests {
     fn what_is_not_said_follows_from_the_robot() {
         let profile = parse(SAID).expect("a profile");
         let task = profile.task();
-        let Robot { radius_m, linear_max_mps, .. } = task.robot;
-        assert_eq!((radius_m, linear_max_mps, task.lidar.beam_count), (0.3, 0.5, 60));
+        let Robot { footprint, linear_max_mps, .. } = task.robot;
+        let said = (footprint, linear_max_mps, task.lidar.beam_count);
+        assert_eq!(said, (Footprint::circle(0.3), 0.5, 60));
         assert_eq!(task, Task { lidar: task.lidar, ..Task::of(task.robot) });
         assert_eq!(profile.assumed.len(), 3, "and is known to be assumed");
         let fast = parse(&format!("control_period_s = 0.05\n{SAID}")).expect("a profile");
@@ -267,10 +269,11 @@ mod tests {
     #[test]
     fn nonsense_is_refused_by_name() {
         for (text, parts) in [
-            (SAID.replace("0.3", "'wide'"), &["line 2 (`radius_m = 'wide'`)"][..]),
-            (SAID.replace("radius_m", "radus_m"), &["`radus_m`", "`radius_m`", "`latency_s`", "line 2"]),
+            (SAID.replace("0.3", "'wide'"), &["line 2 (`footprint.circle.radius_m = 'wide'`)"][..]),
+            (SAID.replace("radius_m", "radus_m"), &["line 2", ": radus_m", ": radius_m"]),
+            (SAID.replace("linear_max_mps", "speed"), &["`speed`", "`footprint`", "`latency_s`", "line 3"]),
             (SAID.replace("[lidar]", "[laser]"), &["`laser`", "`lidar`", "`control_period_s`"]),
-            (SAID.replace("0.3", "-0.3"), &["cannot be used: robot.radius_m must lie in"]),
+            (SAID.replace("0.3", "-0.3"), &["cannot be used: robot.footprint must be"]),
             (SAID.replace("8.0", "0.5"), &["lidar.range_max_m must be at least"]),
             (SAID.replace("linear_max_mps = 0.5\n", ""), &["does not say robot.linear_max_mps"]),
             (SAID.replace("beam_count = 60\n", ""), &["does not say lidar.beam_count"]),

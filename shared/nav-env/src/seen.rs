@@ -12,10 +12,11 @@ use crate::messages::Messages;
 /// What was measured at a simulation's present moment, and who is followed, in the world frame; nothing wished or done yet.
 pub fn seen(simulation: &Simulation, messages: &Messages, tracks: &[Track]) -> Seen {
     let (Messages { scan, odom, .. }, pose) = (messages, simulation.pose());
+    let lidar_pose = simulation.task().lidar.pose(pose);
     let hits = scan.ranges_m().iter().enumerate().filter(|(_, range_m)| **range_m < scan.range_max_m);
     let hits = hits.map(|(beam, range_m)| {
         let (sin, cos) = libm::sincosf(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
-        pose.parent_from_local(Point::new(range_m * cos, range_m * sin))
+        lidar_pose.parent_from_local(Point::new(range_m * cos, range_m * sin))
     });
     let world_from_odom = pose.after(&odom.pose.inverse());
     let tracks = tracks.iter().map(|track| {

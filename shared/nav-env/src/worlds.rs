@@ -1,5 +1,6 @@
 //! The worlds of a run: made once, shared by all robots, with their shortest ways.
 
+use nav_core::footprint::Footprint;
 use nav_core::task::Robot;
 use nav_sim::families::{Family, Split, generate_with_field, simulation_seed};
 use nav_sim::geodesic::GeodesicField;
@@ -57,9 +58,9 @@ pub struct Place {
 }
 
 impl Place {
-    /// The generated world of a family, split and seed, in the size of a robot of a radius, m.
-    pub fn generated(family: Family, split: Split, seed: u64, robot_radius_m: f32) -> Self {
-        let (world, field) = generate_with_field(family, split, seed, robot_radius_m);
+    /// The generated world of a family, split and seed, in the size of a robot.
+    pub fn generated(family: Family, split: Split, seed: u64, footprint: &Footprint) -> Self {
+        let (world, field) = generate_with_field(family, split, seed, footprint);
         Self {
             scene: Scene::Family(family, split),
             seed,
@@ -69,9 +70,9 @@ impl Place {
         }
     }
 
-    /// A world that was read, for a robot of a radius, m; `seed` is the simulation's.
-    pub fn read(name: &str, world: Arc<World>, seed: u64, robot_radius_m: f32) -> Self {
-        let field = Arc::new(GeodesicField::new(&world, robot_radius_m));
+    /// A world that was read, for a robot; `seed` is the simulation's.
+    pub fn read(name: &str, world: Arc<World>, seed: u64, footprint: &Footprint) -> Self {
+        let field = Arc::new(GeodesicField::new(&world, footprint));
         Self { scene: Scene::File(name.into()), seed, simulation_seed: seed, world, field }
     }
 
@@ -91,11 +92,11 @@ pub fn generate_places(
     families: &[Family],
     split: Split,
     seeds: Range<u64>,
-    robot_radius_m: f32,
+    footprint: &Footprint,
 ) -> Vec<Place> {
     let wanted: Vec<_> =
         families.iter().flat_map(|&family| seeds.clone().map(move |seed| (family, seed))).collect();
-    let make = |&(family, seed): &(Family, u64)| Place::generated(family, split, seed, robot_radius_m);
+    let make = |&(family, seed): &(Family, u64)| Place::generated(family, split, seed, footprint);
     let (front, back) = wanted.split_at(wanted.len() / 2);
     let make_back = || back.iter().map(make).collect::<Vec<_>>();
     std::thread::scope(|scope| {

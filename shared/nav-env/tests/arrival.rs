@@ -31,7 +31,7 @@ fn hall() -> Arc<Vec<Place>> {
         start: Pose::new(4.0, 10.0, 0.0),
         goal: Point::new(16.0, 10.0),
     };
-    Arc::new(vec![Place::read("hall", Arc::new(world), 1, Task::default().robot.radius_m)])
+    Arc::new(vec![Place::read("hall", Arc::new(world), 1, &Task::default().robot.footprint)])
 }
 
 /// Odometry that is off by a fifth of the distance, more than the goal's radius.

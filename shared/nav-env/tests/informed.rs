@@ -22,7 +22,7 @@ fn driven(driver: &mut dyn Driver, family: Family, worlds: u64) -> Vec<EpisodeMe
     let task = *driver.task();
     let mut robot = SimulatedRobot::new(&task, &Disturbance::usual());
     let places =
-        (0..worlds).map(|seed| Place::generated(family, Split::Validation, seed, task.robot.radius_m));
+        (0..worlds).map(|seed| Place::generated(family, Split::Validation, seed, &task.robot.footprint));
     places.map(|place| robot.drive(driver, &place, false).metrics).collect()
 }
 

@@ -27,7 +27,8 @@ struct Ticked {
 }
 
 fn drive_as(task: &Task, n_step: usize) -> (Vec<LowTransition>, Vec<Ticked>) {
-    let places = Arc::new(generate_places(&[Family::Tight], Split::Train, 0..2, 0.2));
+    let places =
+        Arc::new(generate_places(&[Family::Tight], Split::Train, 0..2, &Task::default().robot.footprint));
     let config = LowRobotConfig {
         goal_share: 0.3,
         subgoal_m: [0.7, 3.0],
@@ -62,8 +63,7 @@ fn a_robot_that_ticks_five_times_as_fast_begins_a_return_each_fifth_tick() {
         let last = last.unwrap_or(first + N - 1);
         let sum = ticks[first..=last].iter().rev().fold(0.0, |sum, tick| tick.reward + DISCOUNT * sum);
         assert!((found.reward - sum).abs() < 1e-4, "{first}: {} {sum}", found.reward);
-        let discount =
-            if ticks[last].is_terminated { 0.0 } else { DISCOUNT.powi((last - first + 1) as i32) };
+        let discount = if ticks[last].is_terminated { 0.0 } else { DISCOUNT.powi((last - first + 1) as i32) };
         assert!((found.discount - discount).abs() < 1e-6, "{first}: {}", found.discount);
     }
     assert!(cut > 3, "some ended with their attempt: {cut}");

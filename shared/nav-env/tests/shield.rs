@@ -1,13 +1,15 @@
 //! The safety gate's promise: with exact sensing and obstacles that stand, no sequence of wishes makes the robot touch
 //! anything, however late the base obeys.
 
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Point, Pose};
 use nav_core::guard::Guard;
 use nav_core::messages::LaserScan;
 use nav_core::scan::beams::Beams;
 use nav_core::shield::{Open, Shield};
-use nav_core::task::{Robot, Task};
+use nav_core::task::{Lidar, Robot, Task};
 use nav_core::twist::Twist;
+use nav_sim::body::Body;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::{Outcome, Simulation};
 use nav_sim::world::{Bounds, Disc, Polygon, World};
@@ -24,9 +26,11 @@ const OPEN: Open = Open { ahead: true, behind: true };
 /// Half of the width of the narrowest obstacle that two neighbouring beams do not miss at the distance that it takes to
 /// stop, with some to spare, m.
 fn narrowest_m(task: &Task) -> f32 {
-    let Robot { radius_m, linear_max_mps, linear_acceleration_mps2, .. } = task.robot;
+    let Robot { footprint, linear_max_mps, linear_acceleration_mps2, .. } = task.robot;
     let late_m = 4.0 * task.control_period_s * linear_max_mps;
-    let stopping_m = radius_m + late_m + linear_max_mps * linear_max_mps / (2.0 * linear_acceleration_mps2);
+    let stopping_m = footprint.circumradius_m()
+        + late_m
+        + linear_max_mps * linear_max_mps / (2.0 * linear_acceleration_mps2);
     0.55 * task.lidar.angle_increment_rad() * stopping_m
 }
 
@@ -43,18 +47,20 @@ fn world(rng: &mut Rng, task: &Task) -> World {
         start: Pose::new(0.5 * SIDE_M, 0.5 * SIDE_M, rng.random_range(-3.1..3.1)),
         goal: Point::new(-100.0, 0.0),
     };
-    let clear_m = robot.radius_m + rng.random_range(0.02..0.3);
+    // Some of it stands beside a box, where it cannot turn.
+    let body = Body::new(robot.footprint, world.start);
+    let clear_m = rng.random_range(0.02..0.3);
     for _ in 0..rng.random_range(4..14) {
         let center = Point::new(rng.random_range(0.0..SIDE_M), rng.random_range(0.0..SIDE_M));
-        let away_m = (center - world.start.position()).norm();
+        let disc = |radius_m: f32| Disc { center, radius_m };
         if rng.random_bool(0.5) {
             let radius_m = rng.random_range(least_m..0.6);
-            if away_m > radius_m + clear_m {
-                world.discs.push(Disc { center, radius_m });
+            if !body.touches_disc(&disc(radius_m), clear_m) {
+                world.discs.push(disc(radius_m));
             }
         } else {
             let (half_x, half_y) = (rng.random_range(least_m..0.8), rng.random_range(least_m..0.8));
-            if away_m > half_x.hypot(half_y) + clear_m {
+            if !body.touches_disc(&disc(half_x.hypot(half_y)), clear_m) {
                 let pose = Pose::new(center.x, center.y, rng.random_range(-3.1..3.1));
                 let corners = [(-half_x, -half_y), (half_x, -half_y), (half_x, half_y), (-half_x, half_y)];
                 let vertices = corners.map(|(x, y)| pose.parent_from_local(Point::new(x, y))).to_vec();
@@ -131,15 +137,32 @@ fn drive(seed: u64, task: &Task, with_shield: bool) -> (bool, f32, f32) {
     (false, way_m, nearest_m)
 }
 
-fn robots() -> [Task; 5] {
+fn robots() -> [Task; 9] {
     let robot = |robot: Robot| Task { robot, episode_s: 1_000.0, ..Task::default() };
+    let mounted = |of: Robot, mount: Pose| {
+        let task = robot(of);
+        Task { lidar: Lidar { mount, ..task.lidar }, ..task }
+    };
+    let rectangle = |front_m, rear_m, half_width_m| Footprint::Rectangle { front_m, rear_m, half_width_m };
     let own = Robot::default();
     [
         robot(own),
-        robot(Robot { radius_m: 0.35, linear_max_mps: 0.6, linear_acceleration_mps2: 0.8, ..own }),
+        robot(Robot {
+            footprint: Footprint::circle(0.35),
+            linear_max_mps: 0.6,
+            linear_acceleration_mps2: 0.8,
+            ..own
+        }),
         robot(Robot { linear_max_mps: 1.5, angular_max_radps: 2.5, ..own }),
         Task { control_period_s: 0.05, ..robot(own) },
         robot(Robot { linear_min_mps: -0.8, ..own }),
+        robot(Robot { footprint: rectangle(0.25, 0.25, 0.215), ..own }),
+        mounted(Robot { footprint: rectangle(0.7, 0.2, 0.2), ..own }, Pose::new(0.6, 0.0, 0.0)),
+        mounted(
+            Robot { footprint: rectangle(0.2, 0.6, 0.25), linear_min_mps: -0.6, ..own },
+            Pose::new(-0.3, 0.15, 2.0),
+        ),
+        mounted(own, Pose::new(0.15, -0.1, -0.8)),
     ]
 }
 

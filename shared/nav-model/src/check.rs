@@ -2,6 +2,7 @@
 
 use crate::load::{PARITY_CASES, PARITY_TOLERANCE};
 use crate::model::{GOLDEN_TOLERANCE, Model};
+use nav_core::geometry::Pose;
 use nav_core::manifest::{Algorithm, FileEntry};
 use nav_core::network::CpuLevel;
 
@@ -61,14 +62,14 @@ pub fn lines(model: &Model) -> Vec<String> {
         manifest.action_count
     ));
     lines.push(format!(
-        "ok  task: {} beams over {:.0} degrees to {} m, {} m/s, {} m/s back, {} rad/s, radius {} m, every field in range",
+        "ok  task: {} beams over {:.0} degrees to {} m, {} m/s, {} m/s back, {} rad/s, {}, every field in range",
         task.lidar.beam_count,
         task.lidar.field_of_view_rad.to_degrees(),
         task.lidar.range_max_m,
         task.robot.linear_max_mps,
         task.robot.linear_min_mps.abs(),
         task.robot.angular_max_radps,
-        task.robot.radius_m
+        task.robot.footprint
     ));
     let networks = [&manifest.td3].into_iter().chain(&manifest.dqn);
     lines.extend(networks.chain([&manifest.golden]).chain(&manifest.data).map(hash_line));
@@ -95,13 +96,16 @@ pub fn lines(model: &Model) -> Vec<String> {
 /// What else helps to find a mistake, a line each: rates and limits, and what the networks consist of.
 pub fn details(model: &Model) -> Vec<String> {
     let task = &model.manifest().task;
+    let Pose { x_m, y_m, yaw_rad } = task.lidar.mount;
     let mut lines = vec![format!(
-        "a tick every {:.0} ms; {} m/s² and {} rad/s² at most; scans over {:.0} degrees and {} m at least half as far",
+        "a tick every {:.0} ms; {} m/s² and {} rad/s² at most; scans over {:.0} degrees and {} m at least half as far, \
+         by a lidar at {x_m}, {y_m} m of the robot, turned by {:.0} degrees",
         1e3 * task.control_period_s,
         task.robot.linear_acceleration_mps2,
         task.robot.angular_acceleration_radps2,
         task.lidar.field_of_view_rad.to_degrees(),
-        task.lidar.range_max_m
+        task.lidar.range_max_m,
+        yaw_rad.to_degrees()
     )];
     for (name, network) in [("td3", Some(model.td3())), ("dqn", model.dqn())] {
         let Some(network) = network else { continue };

@@ -12,16 +12,18 @@
 //!
 //! `ring` is no family: 32 people walk in a ring round a robot that wishes to drive straight on, and nothing else happens.
 //!
-//! `cargo run --release -p nav-rivals --example gate -- [worlds=20] [first=0] [families=crowd,maze] [beams=72,720]`
+//! `cargo run --release -p nav-rivals --example gate -- [worlds=20] [first=0] [families=crowd,maze] [beams=72,720] [shape=box]`;
+//! a `box` turns in the same circle as the default robot, and has its lidar in front.
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 mod support;
 
+use nav_core::footprint::Footprint;
 use nav_core::geometry::Pose;
 use nav_core::messages::{Header, LaserScan};
 use nav_core::sent::Sent;
 use nav_core::shield::{Open, Shield};
-use nav_core::task::{ShieldMode, Task};
+use nav_core::task::{Lidar, Robot, ShieldMode, Task};
 use nav_core::twist::Twist;
 use nav_env::episode_loop::{Answer, Commands, drive_episode};
 use nav_env::limits::Limits;
@@ -114,12 +116,26 @@ impl Times {
     }
 }
 
-fn in_family(family: Family, beam_count: u32, worlds: std::ops::Range<u64>) -> Times {
+/// The default robot, or a box of its size.
+fn robot(shape: &str) -> Task {
+    let task = Task::default();
+    match shape {
+        "circle" => task,
+        "box" => {
+            let footprint = Footprint::Rectangle { front_m: 0.16, rear_m: 0.16, half_width_m: 0.12 };
+            let lidar = Lidar { mount: Pose::new(0.14, 0.0, 0.0), ..task.lidar };
+            Task { robot: Robot { footprint, ..task.robot }, lidar, ..task }
+        }
+        _ => panic!("shape= takes circle or box"),
+    }
+}
+
+fn in_family(shape: &str, family: Family, beam_count: u32, worlds: std::ops::Range<u64>) -> Times {
     let lidar = OtherLidar { beam_count, range_max_m: Task::default().lidar.range_max_m };
-    let ungated = Task { shield: ShieldMode::Off, ..Task::default() };
+    let ungated = Task { shield: ShieldMode::Off, ..robot(shape) };
     let mut times = Times::default();
     for seed in worlds {
-        let place = Place::generated(family, Split::Validation, seed, ungated.robot.radius_m);
+        let place = Place::generated(family, Split::Validation, seed, &ungated.robot.footprint);
         let task = lidar.on(&Limits::default().task(&ungated, place.scene.episode_s(&ungated.robot)));
         let mut driver = Rival::Reactive.driver(&ungated);
         driver.begin(&place);
@@ -140,8 +156,9 @@ fn in_family(family: Family, beam_count: u32, worlds: std::ops::Range<u64>) -> T
 }
 
 /// Walkers at 0.9 m/s.
-fn in_a_ring(beam_count: u32) -> Times {
-    let task = task_among_walkers(beam_count);
+fn in_a_ring(shape: &str, beam_count: u32) -> Times {
+    let walkers = task_among_walkers(beam_count);
+    let task = Task { robot: robot(shape).robot, ..walkers };
     let mut shield = Box::new(Shield::new(&task));
     let mut times = Times::default();
     for step in 1..=2000_u32 {
@@ -163,6 +180,7 @@ fn main() {
     let option = |key: &str, usual: &str| options.get(key).cloned().unwrap_or_else(|| usual.into());
     let number =
         |key: &str, usual: &str| option(key, usual).parse::<u64>().expect("worlds= and first= take numbers");
+    let shape = option("shape", "circle");
     let first = number("first", "0");
     let worlds = first..first + number("worlds", "20");
     println!("family,beams,ticks,acts,see_median_us,see_p99_us,gate_median_us,gate_p99_us,gate_p999_us");
@@ -170,8 +188,9 @@ fn main() {
         let beams = beams.parse().expect("beams= takes numbers");
         for family in option("families", "ring,crowd,stream,corridor,doorway,rooms,maze,clutter").split(',') {
             let mut times = match family {
-                "ring" => in_a_ring(beams),
+                "ring" => in_a_ring(&shape, beams),
                 _ => in_family(
+                    &shape,
                     family.parse().expect("families= takes names of families"),
                     beams,
                     worlds.clone(),

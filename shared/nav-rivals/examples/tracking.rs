@@ -50,7 +50,7 @@ fn measured(family: Family, beams: u32, worlds: Range<u64>, verbose: bool) -> Co
     let lidar = OtherLidar { beam_count: beams, range_max_m: Task::default().lidar.range_max_m };
     let mut counts = Counts::default();
     for seed in worlds {
-        let place = Place::generated(family, Split::Validation, seed, Task::default().robot.radius_m);
+        let place = Place::generated(family, Split::Validation, seed, &Task::default().robot.footprint);
         let task = lidar
             .on(&Limits::default().task(&Task::default(), place.scene.episode_s(&Task::default().robot)));
         let rival = if seed % 2 == 0 { Rival::Astar } else { Rival::Reactive };

@@ -75,10 +75,10 @@ impl Follower {
         let pose = self.navigator.pose();
         let bearing = wrap_angle(pose.bearing_to(target) - pose.yaw_rad);
         let scale = self.task.scale();
-        let half_width_m = robot.radius_m + scale.m(BESIDE_M);
+        let lane = robot.footprint.lane(scale.m(BESIDE_M));
         let slow_m = scale.m(SLOW_M).max(SLOW_BRAKING * robot.braking_m());
         let limit_m = scale.m(AHEAD_M).max(2.0 * slow_m);
-        let ahead_m = self.navigator.scan().corridor_m(1.0, 0.0, half_width_m, limit_m);
+        let ahead_m = self.navigator.scan().corridor_m(1.0, 0.0, &lane, limit_m);
         let turn_up_s = robot.angular_max_radps / robot.angular_acceleration_radps2;
         let turn_s = scale.s(TURN_TIME_S).max(TURN_UP * turn_up_s);
         let angular = (bearing / turn_s).clamp(-robot.angular_max_radps, robot.angular_max_radps);

@@ -20,11 +20,11 @@ use crate::follow::Follower;
 
 /// Side of a planning cell, m.
 const CELL_M: f32 = 0.1;
-/// Kept to obstacles beyond the footprint where there is room, m.
+/// Kept to obstacles beyond the circle that the robot turns in where there is room, m.
 const COMFORT_M: f32 = 0.2;
 /// The follower aims this far ahead on the path at most, m: nearer where the straight way there cuts a corner.
 const LOOKAHEAD_M: f32 = 0.9;
-/// Beside the footprint, m: nearer is blocked.
+/// Beside the footprint, m: nearer is blocked. A rectangle needs half of its width, and to turn more than that.
 const BESIDE_M: f32 = 0.02;
 /// Off things that a corner may be cut by, m beyond what blocks a cell: room for the safety gate, which stops the robot
 /// before it touches.
@@ -126,6 +126,10 @@ impl Tick for KnownMapPlanner {
 /// Costs of the cells of a world.
 struct Grid {
     scale: Scale,
+    /// From half of the robot's width to the circle that it turns in, m.
+    corner_m: f32,
+    /// Kept to obstacles where there is room, beyond half of its width, m.
+    comfort_m: f32,
     cell_m: f32,
     origin: Point,
     columns: i32,
@@ -142,8 +146,8 @@ fn at_least(scale: &Scale, reference_m: f32) -> f32 {
 }
 
 /// Up to five times as dear within the comfort distance.
-fn cost_at(free_m: f32, scale: &Scale) -> u32 {
-    let near = (1.0 - free_m / at_least(scale, COMFORT_M)).clamp(0.0, 1.0);
+fn cost_at(free_m: f32, comfort_m: f32) -> u32 {
+    let near = (1.0 - free_m / comfort_m).clamp(0.0, 1.0);
     COST.0 + (COST.1 * near) as u32
 }
 
@@ -152,20 +156,23 @@ impl Grid {
         let obstacles = Obstacles::new(world);
         let size = world.bounds.max - world.bounds.min;
         let scale = task.scale();
-        let (cell_m, comfort_m) = (scale.m(CELL_M), at_least(&scale, COMFORT_M));
+        let footprint = &task.robot.footprint;
+        let corner_m = footprint.circumradius_m() - footprint.half_width_m();
+        let (cell_m, comfort_m) = (scale.m(CELL_M), at_least(&scale, COMFORT_M) + corner_m);
         let (columns, rows) = ((size.x / cell_m).ceil() as i32, (size.y / cell_m).ceil() as i32);
-        let mut grid = Self { scale, cell_m, origin: world.bounds.min, columns, rows, cost: Vec::new() };
+        let origin = world.bounds.min;
+        let mut grid = Self { scale, corner_m, comfort_m, cell_m, origin, columns, rows, cost: Vec::new() };
         let squeeze_m = match task.shield {
             ShieldMode::On => at_least(&scale, CLOSE_M) - scale.m(CLOSE_M),
             ShieldMode::Off => 0.0,
         };
-        let radius_m = task.robot.radius_m + scale.m(BESIDE_M) + squeeze_m;
+        let radius_m = footprint.half_width_m() + scale.m(BESIDE_M) + squeeze_m;
         for row in 0..rows {
             for column in 0..columns {
                 let free_m =
                     obstacles.distance_m(grid.center((column, row)), radius_m + comfort_m) - radius_m;
                 grid.cost.push(match free_m {
-                    _ if free_m >= 0.0 => cost_at(free_m, &scale),
+                    _ if free_m >= 0.0 => cost_at(free_m, comfort_m),
                     _ if free_m >= -squeeze_m => SQUEEZED,
                     _ => 0,
                 });
@@ -198,7 +205,8 @@ impl Grid {
             0 => u32::MAX,
             cost => cost,
         };
-        let mut dearest = dear(from).max(cost_at(at_least(&self.scale, CUT_M), &self.scale));
+        let cut_m = at_least(&self.scale, CUT_M) + self.corner_m;
+        let mut dearest = dear(from).max(cost_at(cut_m, self.comfort_m));
         let mut aim = None;
         for &point in path {
             let way = point - from;

@@ -41,13 +41,13 @@ impl Reactive {
         let pose = navigator.pose();
         let goal_course = pose.bearing_to(navigator.goal());
         let needed_m = self.scale.m(FREE_M).min(navigator.goal_distance_m());
-        let half_width_m = self.follower.task.robot.radius_m + self.scale.m(BESIDE_M);
+        let lane = self.follower.task.robot.footprint.lane(self.scale.m(BESIDE_M));
         let mut best = (f32::INFINITY, goal_course);
         for k in 0..DIRECTIONS {
             let course = goal_course + k as f32 * (std::f32::consts::TAU / DIRECTIONS as f32);
             let bearing = course - pose.yaw_rad;
             let (sin, cos) = libm::sincosf(bearing);
-            let free_m = navigator.scan().corridor_m(cos, sin, half_width_m, needed_m);
+            let free_m = navigator.scan().corridor_m(cos, sin, &lane, needed_m);
             let blocked = (needed_m - free_m) / self.scale.length * BLOCKED_RADPM;
             let away = wrap_angle(course - goal_course).abs();
             let inertia = self

@@ -1,8 +1,9 @@
 //! The rivals drive: every one of the list, and those that follow a path by the localised pose.
 
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Point, Pose};
 use nav_core::metrics::EpisodeEnd;
-use nav_core::task::{Robot, ShieldMode, Task};
+use nav_core::task::{Lidar, Robot, ShieldMode, Task};
 use nav_env::robot::SimulatedRobot;
 use nav_env::robot_profile::RobotProfile;
 use nav_env::worlds::Place;
@@ -10,7 +11,7 @@ use nav_rivals::Rival;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split};
 use nav_sim::localiser::Localiser;
-use nav_sim::world::{Bounds, World};
+use nav_sim::world::{Bounds, Polygon, World};
 use std::sync::Arc;
 
 /// How a rival ends in the first validation worlds of a family.
@@ -18,7 +19,7 @@ fn ends(rival: Rival, family: Family, disturbance: &Disturbance, shield: ShieldM
     let task = Task { shield, ..Task::default() };
     let mut driver = rival.driver(&task);
     let mut robot = SimulatedRobot::new(&task, disturbance);
-    let places = (0..10).map(|seed| Place::generated(family, Split::Validation, seed, task.robot.radius_m));
+    let places = (0..10).map(|seed| Place::generated(family, Split::Validation, seed, &task.robot.footprint));
     places.map(|place| robot.drive(&mut *driver, &place, false).metrics.end).collect()
 }
 
@@ -68,7 +69,7 @@ fn a_small_robot_is_led_through_what_the_gate_lets_through() {
     let mut driver = Rival::Astar.driver(&task);
     let mut robot = SimulatedRobot::new(&task, &Disturbance::usual().on(&task.robot));
     for seed in [0, 65, 70] {
-        let place = Place::generated(Family::Clutter, Split::Validation, seed, task.robot.radius_m);
+        let place = Place::generated(Family::Clutter, Split::Validation, seed, &task.robot.footprint);
         let end = robot.drive(&mut *driver, &place, false).metrics.end;
         assert_eq!(end, EpisodeEnd::Success, "clutter {seed}");
     }
@@ -89,7 +90,7 @@ fn the_clairvoyant_reverses_where_that_is_faster() {
             start: Pose::new(4.0, 2.0, 0.0),
             goal: Point::new(2.5, 2.0),
         };
-        let place = Place::read("behind", Arc::new(world), 1, task.robot.radius_m);
+        let place = Place::read("behind", Arc::new(world), 1, &task.robot.footprint);
         let mut robot = SimulatedRobot::new(&task, &Disturbance::none());
         let metrics = robot.drive(&mut *Rival::Clairvoyant.driver(&task), &place, false).metrics;
         assert_eq!(metrics.end, EpisodeEnd::Success);
@@ -107,7 +108,7 @@ fn the_clairvoyant_reaches_every_goal_among_people_and_the_same_way_again() {
         let mut driver = Rival::Clairvoyant.driver(&task);
         let mut robot = SimulatedRobot::new(&task, &Disturbance::usual());
         for seed in 0..8 {
-            let place = Place::generated(family, Split::Validation, seed, task.robot.radius_m);
+            let place = Place::generated(family, Split::Validation, seed, &task.robot.footprint);
             let [once, again] = [(); 2].map(|()| robot.drive(&mut *driver, &place, false).metrics);
             assert_eq!(once.end, EpisodeEnd::Success, "{}", place.world.name);
             assert_eq!(once, again, "{}", place.world.name);
@@ -120,7 +121,7 @@ fn the_clairvoyant_reaches_every_goal_among_people_and_the_same_way_again() {
 fn an_episode_does_not_depend_on_those_before_it() {
     let task = Task::default();
     for family in [Family::Crowd, Family::Tight] {
-        let place = |seed| Place::generated(family, Split::Validation, seed, task.robot.radius_m);
+        let place = |seed| Place::generated(family, Split::Validation, seed, &task.robot.footprint);
         let drive = |seeds: &mut dyn Iterator<Item = u64>| -> Vec<(u64, u32)> {
             let mut driver = Rival::Reactive.driver(&task);
             let mut robot = SimulatedRobot::new(&task, &Disturbance::usual());
@@ -132,4 +133,44 @@ fn an_episode_does_not_depend_on_those_before_it() {
         let differ = there.iter().zip(&back).filter(|(a, b)| a != b).count();
         assert_eq!(differ, 0, "{family}: of 100 worlds");
     }
+}
+
+/// A gap that a long box fits through straight on, and that the circle that it turns in does not.
+#[test]
+fn a_box_drives_through_a_gap_that_it_could_not_turn_in() {
+    let footprint = Footprint::Rectangle { front_m: 0.45, rear_m: 0.45, half_width_m: 0.2 };
+    let robot = Robot { footprint, ..Robot::default() };
+    let wall = |x: f32, low: f32, high: f32| {
+        let vertices = [(x, low), (x + 0.8, low), (x + 0.8, high), (x, high)];
+        Polygon { vertices: vertices.map(|(x, y)| Point::new(x, y)).to_vec() }
+    };
+    let gap_m = 0.8;
+    assert!(2.0 * footprint.half_width_m() < gap_m && gap_m < 2.0 * footprint.circumradius_m() - 0.1);
+    let (low, high) = (4.0 - 0.5 * gap_m, 4.0 + 0.5 * gap_m);
+    let world = |start: Pose| World {
+        name: "gap".into(),
+        bounds: Bounds { min: Point::origin(), max: Point::new(12.0, 8.0) },
+        discs: Vec::new(),
+        segments: Vec::new(),
+        polygons: vec![wall(5.6, 0.0, low), wall(5.6, high, 8.0)],
+        people: Vec::new(),
+        start,
+        goal: Point::new(10.0, 4.0),
+    };
+    for shield in [ShieldMode::Off, ShieldMode::On] {
+        for mount in [Pose::default(), Pose::new(0.4, 0.0, 0.0)] {
+            let of = Task::of(robot);
+            let task = Task { shield, lidar: Lidar { mount, ..of.lidar }, ..of };
+            let (mut driver, mut simulated) =
+                (Rival::Astar.driver(&task), SimulatedRobot::new(&task, &Disturbance::none()));
+            for start in [Pose::new(2.0, 4.0, 0.0), Pose::new(2.0, 2.0, 1.5), Pose::new(1.5, 5.5, -2.5)] {
+                let place = Place::read("gap", Arc::new(world(start)), 1, &footprint);
+                let end = simulated.drive(&mut *driver, &place, false).metrics.end;
+                assert_eq!(end, EpisodeEnd::Success, "gate {shield}, lidar at {mount:?}, from {start:?}");
+            }
+        }
+    }
+    let round = Task::of(Robot { footprint: Footprint::circle(footprint.circumradius_m()), ..robot });
+    let place = Place::read("gap", Arc::new(world(Pose::new(2.0, 4.0, 0.0))), 1, &round.robot.footprint);
+    assert_eq!(place.geodesic_m(), None, "a disc of its size does not pass");
 }

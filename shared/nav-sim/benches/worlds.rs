@@ -5,6 +5,7 @@
 //! see only that one.
 
 use divan::{Bencher, black_box};
+use nav_core::footprint::Footprint;
 use nav_sim::families::{DESIGN_RADIUS_M, Family, Split, generate, generate_with_field};
 use nav_sim::geodesic::GeodesicField;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,7 +18,7 @@ fn main() {
 fn world_with_field(bencher: Bencher<'_, '_>, family: Family) {
     let seed = AtomicU64::new(0);
     let next = || seed.fetch_add(1, Ordering::Relaxed);
-    bencher.bench(|| generate_with_field(family, Split::Train, next(), DESIGN_RADIUS_M));
+    bencher.bench(|| generate_with_field(family, Split::Train, next(), &Footprint::circle(DESIGN_RADIUS_M)));
 }
 
 #[divan::bench(args = Family::ALL)]
@@ -25,5 +26,5 @@ fn field(bencher: Bencher<'_, '_>, family: Family) {
     let seed = AtomicU64::new(0);
     bencher
         .with_inputs(|| generate(family, Split::Train, seed.fetch_add(1, Ordering::Relaxed)))
-        .bench_values(|world| GeodesicField::new(black_box(&world), DESIGN_RADIUS_M));
+        .bench_values(|world| GeodesicField::new(black_box(&world), &Footprint::circle(DESIGN_RADIUS_M)));
 }

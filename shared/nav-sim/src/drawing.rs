@@ -4,7 +4,7 @@
 //! |---|---|
 //! | dark lines, grey shapes | walls, discs and polygons |
 //! | line from pale to dark blue | the robot's way, coloured by time |
-//! | ring with a tick, filled ring | the robot at its start, and where the picture ends |
+//! | outline with a tick, filled outline | the robot at its start, and where the picture ends |
 //! | green ring | the goal and the radius within which it counts as reached |
 //! | violet dots and thin lines | subgoals, joined to where they were chosen |
 //! | violet square | the decision to wait |
@@ -28,6 +28,7 @@ use crate::people::PersonState;
 use crate::simulation::Simulation;
 use crate::world::World;
 use canvas::Panel;
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Point, Pose};
 use nav_core::metrics::EpisodeEnd;
 use nav_core::shield::Intervention;
@@ -41,8 +42,8 @@ use std::sync::Arc;
 pub struct EpisodeTrace {
     /// The world.
     pub world: Arc<World>,
-    /// Radius of the robot's footprint, m.
-    pub robot_radius_m: f32,
+    /// The robot's footprint.
+    pub footprint: Footprint,
     /// The goal counts as reached at this distance, m.
     pub goal_radius_m: f32,
     /// Written above the picture.
@@ -75,7 +76,7 @@ impl EpisodeTrace {
     pub fn begin(world: &Arc<World>, task: &Task) -> Self {
         Self {
             world: world.clone(),
-            robot_radius_m: task.robot.radius_m,
+            footprint: task.robot.footprint,
             goal_radius_m: task.goal_radius_m,
             title: world.name.clone(),
             period_s: task.control_period_s,

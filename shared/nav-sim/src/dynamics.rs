@@ -1,6 +1,7 @@
 //! A differential-drive base: command latency, limits, lag, and exact arcs.
 
 use crate::disturbance::{DrawnDisturbance, LATENCY_MAX_STEPS};
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Pose, Vector};
 use nav_core::task::{Robot, Task};
 use nav_core::twist::Twist;
@@ -108,10 +109,20 @@ impl Base {
     }
 }
 
-/// So many that the base never moves by more than half its radius between collision checks; then no wall,
-/// however thin, is jumped, and a corner can be grazed unseen by 3 % of the radius at most.
+/// So many that nothing of the base moves by more than half its radius (of a rectangle, a quarter of its shorter side)
+/// between collision checks; then no wall, however thin, is jumped, and a corner can be grazed unseen by 3 % of the radius
+/// at most.
 fn substeps(task: &Task, drawn: &DrawnDisturbance) -> u32 {
-    let fastest_m = task.robot.linear_max_mps * task.control_period_s * drawn.velocity_gain.max(1.0);
-    ((2.0 * fastest_m / (task.robot.radius_m * drawn.radius_scale.min(1.0))) as u32 + 1)
-        .clamp(SUBSTEPS_MIN, SUBSTEPS_MAX)
+    let robot = &task.robot;
+    // A disc that turns stays where it is.
+    let (size_m, corner_mps) = match robot.footprint {
+        Footprint::Circle { radius_m } => (radius_m, 0.0),
+        Footprint::Rectangle { front_m, rear_m, half_width_m } => {
+            let corner_mps = robot.angular_max_radps * robot.footprint.circumradius_m();
+            (half_width_m.min(0.5 * (front_m + rear_m)), corner_mps)
+        }
+    };
+    let fastest_m =
+        (robot.linear_max_mps + corner_mps) * task.control_period_s * drawn.velocity_gain.max(1.0);
+    ((2.0 * fastest_m / (size_m * drawn.radius_scale.min(1.0))) as u32 + 1).clamp(SUBSTEPS_MIN, SUBSTEPS_MAX)
 }

@@ -42,6 +42,7 @@ pub use generate::{generate, generate_with_field, simulation_seed};
 
 use crate::world::World;
 use dice::Dice;
+use nav_core::footprint::Footprint;
 use nav_core::scale::{REFERENCE_RADIUS_M, Scale};
 use nav_core::task::{EPISODE_S, Robot, Task};
 use serde::{Deserialize, Serialize};
@@ -154,12 +155,12 @@ impl Family {
         };
         let scale = Scale::of(robot);
         // A world that is larger than the robot's own size takes longer.
-        scale.s(reference_s) * (self.world_length(robot.radius_m) / scale.length)
+        scale.s(reference_s) * (self.world_length(&robot.footprint) / scale.length)
     }
 
     /// The factor by which its worlds are larger than those of the reference robot.
-    pub fn world_length(self, robot_radius_m: f32) -> f32 {
-        let length = robot_radius_m / REFERENCE_RADIUS_M;
+    pub fn world_length(self, footprint: &Footprint) -> f32 {
+        let length = footprint.circumradius_m() / REFERENCE_RADIUS_M;
         if self.has_people() { length.max(1.0) } else { length }
     }
 

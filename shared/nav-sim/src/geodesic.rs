@@ -12,6 +12,7 @@ mod march;
 
 use crate::obstacles::Obstacles;
 use crate::world::World;
+use nav_core::footprint::Footprint;
 use nav_core::geometry::Point;
 use nav_core::scale::REFERENCE_RADIUS_M;
 use raster::{Class, Raster};
@@ -26,7 +27,8 @@ const STRAIGHTENINGS: usize = 4;
 /// [`is_leg_free`] looks this far ahead at a time, m.
 const LEG_STEP_MAX_M: f32 = 2.0;
 
-/// The distance to one goal from everywhere in a world, for one robot radius.
+/// The distance to one goal from everywhere in a world, for one footprint. A rectangle is taken for a disc of half its width,
+/// which passes wherever it can: no way is shorter, and one that is found here may lead round a bend that is too tight for it.
 #[derive(Clone, Debug)]
 pub struct GeodesicField {
     goal: Point,
@@ -39,12 +41,13 @@ pub struct GeodesicField {
 
 impl GeodesicField {
     /// The field of a world's goal. People are ignored.
-    pub fn new(world: &World, robot_radius_m: f32) -> Self {
-        Self::towards(world, world.goal, robot_radius_m)
+    pub fn new(world: &World, footprint: &Footprint) -> Self {
+        Self::towards(world, world.goal, footprint)
     }
 
     /// The field of any goal in a world.
-    pub fn towards(world: &World, goal: Point, robot_radius_m: f32) -> Self {
+    pub fn towards(world: &World, goal: Point, footprint: &Footprint) -> Self {
+        let robot_radius_m = footprint.half_width_m();
         let exact_max_m = EXACT_MAX_M * (robot_radius_m / REFERENCE_RADIUS_M);
         let clearance_m = Obstacles::new(world).distance_m(goal, exact_max_m);
         Self::with_clearance(world, goal, clearance_m, robot_radius_m)
@@ -189,6 +192,8 @@ mod tests {
     use nav_core::geometry::Pose;
     use proptest::prelude::*;
 
+    const ROBOT: Footprint = Footprint::circle(0.2);
+
     fn room(side_m: f32, segments: Vec<Segment>, goal: Point) -> World {
         World {
             name: "test".into(),
@@ -215,7 +220,7 @@ mod tests {
             (goal_x, goal_y) in (0.4..13.6_f32, 0.4..13.6_f32),
         ) {
             let (from, goal) = (Point::new(x, y), Point::new(goal_x, goal_y));
-            let field = GeodesicField::new(&room(14.0, Vec::new(), goal), 0.2);
+            let field = GeodesicField::new(&room(14.0, Vec::new(), goal), &ROBOT);
             let straight_m = (from - goal).norm();
             let found_m = field.distance_m(from).expect("nothing stands in the way");
             prop_assert!(found_m >= straight_m && found_m <= 1.03 * straight_m + 0.01, "{found_m} {straight_m}");
@@ -226,7 +231,7 @@ mod tests {
         #[test]
         fn round_a_wall_is_the_way_over_its_tip(x in 1.0..5.0_f32, y in 1.0..5.0_f32, tip in 7.0..11.0_f32) {
             let (from, goal) = (Point::new(x, y), Point::new(12.0, y));
-            let field = GeodesicField::new(&room(14.0, vec![wall(7.0, 0.0, 7.0, tip)], goal), 0.2);
+            let field = GeodesicField::new(&room(14.0, vec![wall(7.0, 0.0, 7.0, tip)], goal), &ROBOT);
             // Tangents to the circle of 0.25 m round the tip, and the arc between them.
             let tip = Point::new(7.0, tip);
             let (first, last) = (from - tip, goal - tip);
@@ -246,7 +251,7 @@ mod tests {
         for (gap_m, passes) in [(0.42, false), (0.7, true)] {
             let (low, high) = (7.0 - 0.5 * gap_m, 7.0 + 0.5 * gap_m);
             let walls = vec![wall(7.0, 0.0, 7.0, low), wall(7.0, high, 7.0, 14.0)];
-            let field = GeodesicField::new(&room(14.0, walls, goal), 0.2);
+            let field = GeodesicField::new(&room(14.0, walls, goal), &ROBOT);
             assert_eq!(field.distance_m(Point::new(2.0, 2.0)).is_some(), passes, "{gap_m}");
             assert_eq!(field.path(Point::new(2.0, 2.0)).is_some(), passes, "{gap_m}");
         }
@@ -267,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_door_of_a_large_world_is_found() {
-        let field = GeodesicField::new(&with_door(410.0, 0.8), 0.2);
+        let field = GeodesicField::new(&with_door(410.0, 0.8), &ROBOT);
         assert_eq!(field.surely_seen_m(), None);
         let found_m = field.distance_m(Point::new(202.0, 8.0)).expect("the door is wide enough");
         assert!((found_m - 6.0).abs() < 0.2, "{found_m}");
@@ -275,7 +280,7 @@ mod tests {
 
     #[test]
     fn a_world_that_is_too_large_for_its_doors_says_so() {
-        let field = GeodesicField::new(&with_door(1700.0, 0.56), 0.2);
+        let field = GeodesicField::new(&with_door(1700.0, 0.56), &ROBOT);
         assert_eq!(field.distance_m(Point::new(847.0, 8.0)), None);
         assert!(field.surely_seen_m().is_some_and(|width_m| width_m > 0.56), "{:?}", field.surely_seen_m());
     }
@@ -283,7 +288,7 @@ mod tests {
     #[test]
     fn a_robot_against_a_wall_still_has_a_distance() {
         let field =
-            GeodesicField::new(&room(14.0, vec![wall(7.0, 0.0, 7.0, 10.0)], Point::new(12.0, 2.0)), 0.2);
+            GeodesicField::new(&room(14.0, vec![wall(7.0, 0.0, 7.0, 10.0)], Point::new(12.0, 2.0)), &ROBOT);
         let far = field.distance_m(Point::new(6.79, 2.0)).expect("beside the wall");
         let near = field.distance_m(Point::new(7.21, 2.0)).expect("beside the wall");
         assert!(far > 15.0 && near < 5.5, "{far} {near}");

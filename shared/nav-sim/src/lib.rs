@@ -19,6 +19,7 @@ pub mod localiser;
 pub mod disturbance;
 pub mod obstacles;
 pub mod collision;
+pub mod body;
 pub mod lidar;
 pub mod normal;
 pub mod people;

@@ -1,4 +1,4 @@
-//! A planar lidar at the robot's centre.
+//! A planar lidar.
 //!
 //! Instead of testing each beam against each obstacle, each obstacle in range is turned into the few beams
 //! that can hit it (`span.rs`), and only those are tested, exactly (`cast.rs`). The angle of an obstacle is
@@ -27,7 +27,7 @@ use span::Spans;
 pub struct Lidar {
     spec: task::Lidar,
     spans: Spans,
-    /// Directions of the beams in the robot frame, x and y apart.
+    /// Directions of the beams in the lidar's frame, x and y apart.
     x: Vec<f32>,
     y: Vec<f32>,
     ranges_m: Vec<f32>,
@@ -58,9 +58,9 @@ impl Lidar {
         self.ranges_m.fill(f32::INFINITY);
         let (sin, cos) = (libm::sinf(pose.yaw_rad), libm::cosf(pose.yaw_rad));
         let origin = pose.position();
-        let robot_from_world = |x: Vector| Vector::new(cos * x.x + sin * x.y, cos * x.y - sin * x.x);
+        let lidar_from_world = |x: Vector| Vector::new(cos * x.x + sin * x.y, cos * x.y - sin * x.x);
         for disc in moving {
-            self.cast_disc(robot_from_world(disc.center - origin), disc.radius_m);
+            self.cast_disc(lidar_from_world(disc.center - origin), disc.radius_m);
         }
         for (beyond_m, cells) in obstacles.rings(origin) {
             if beyond_m > self.farthest_m() {
@@ -68,10 +68,10 @@ impl Lidar {
             }
             for (edges, discs) in cells {
                 for disc in discs {
-                    self.cast_disc(robot_from_world(disc.center - origin), disc.radius_m);
+                    self.cast_disc(lidar_from_world(disc.center - origin), disc.radius_m);
                 }
                 for edge in edges {
-                    self.cast_segment(robot_from_world(edge.a - origin), robot_from_world(edge.b - origin));
+                    self.cast_segment(lidar_from_world(edge.a - origin), lidar_from_world(edge.b - origin));
                 }
             }
         }

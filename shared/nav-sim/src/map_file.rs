@@ -29,6 +29,7 @@ use crate::world::{Bounds, World};
 use crate::world_file::{WorldProblem, check};
 use description::Description;
 use image::GenericImageView;
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Point, Pose};
 use std::path::{Path, PathBuf};
 
@@ -40,13 +41,13 @@ const SIDE_MAX: u32 = 16_384;
 pub struct MapOptions {
     /// Whether cells of which the map knows nothing stop the robot.
     pub unknown_is_occupied: bool,
-    /// Radius of the robot for which [`Map::into_world`] looks for a path, m.
-    pub robot_radius_m: f32,
+    /// The robot for which [`Map::into_world`] looks for a path.
+    pub footprint: Footprint,
 }
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self { unknown_is_occupied: true, robot_radius_m: 0.2 }
+        Self { unknown_is_occupied: true, footprint: Footprint::circle(0.2) }
     }
 }
 
@@ -229,7 +230,7 @@ impl Map {
             start,
             goal,
         };
-        check(&world, self.options.robot_radius_m).map_err(MapError::World)?;
+        check(&world, &self.options.footprint).map_err(MapError::World)?;
         Ok(world)
     }
 

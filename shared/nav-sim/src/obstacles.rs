@@ -7,9 +7,11 @@
 
 mod grid;
 
+use crate::body::Body;
 use crate::collision::{closest_on_segment, is_inside};
 use crate::world::{Bounds, Disc, Segment, World};
 use grid::{Cells, Grid};
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Point, Vector};
 
 /// Up to this many edges and discs are one cell.
@@ -140,6 +142,36 @@ impl Obstacles {
                     (center - disc.center).norm_squared() < reach_m * reach_m
                 })
         }) || self.is_in_solid(center)
+    }
+
+    /// Whether a footprint touches an obstacle, lies inside one, or leaves the bounds.
+    pub fn touches(&self, body: &Body) -> bool {
+        let position = body.position();
+        if let Footprint::Circle { radius_m } = *body.footprint() {
+            return self.collides(position, radius_m);
+        }
+        self.near(position, body.footprint().circumradius_m()).any(|(edges, discs)| {
+            edges.iter().any(|edge| body.touches_edge(edge))
+                || discs.iter().any(|disc| body.touches_disc(disc, 0.0))
+        }) || self.is_in_solid(position)
+    }
+
+    /// From a footprint's outline to the nearest obstacle, m, negative where it touches one; at most `cap_m`.
+    pub fn clearance_m(&self, body: &Body, cap_m: f32) -> f32 {
+        let position = body.position();
+        if let Footprint::Circle { radius_m } = *body.footprint() {
+            return self.distance_m(position, cap_m + radius_m) - radius_m;
+        }
+        let mut nearest_m = cap_m;
+        for (edges, discs) in self.near(position, cap_m + body.footprint().circumradius_m()) {
+            for edge in edges {
+                nearest_m = nearest_m.min(body.distance_to_edge_m(edge));
+            }
+            for disc in discs {
+                nearest_m = nearest_m.min(body.distance_to_disc_m(disc));
+            }
+        }
+        if self.is_in_solid(position) { -nearest_m.abs() } else { nearest_m }
     }
 
     /// Whether a point lies inside a polygon or outside the bounds.

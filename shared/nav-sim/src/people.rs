@@ -27,7 +27,7 @@ pub use neighbours::{NEIGHBOURS_MAX, SIGHT_M};
 
 use crate::collision::closest_on_segment;
 use crate::obstacles::Obstacles;
-use crate::world::{Beside, Person, WalkModel, Whom};
+use crate::world::{Beside, Disc, Person, WalkModel, Whom};
 use company::Leader;
 use nav_core::geometry::{Point, Vector};
 use neighbours::Neighbours;
@@ -54,7 +54,14 @@ pub struct PersonState {
     pub radius_m: f32,
 }
 
-/// The robot as people see it.
+impl PersonState {
+    /// The floor that it covers.
+    pub fn disc(&self) -> Disc {
+        Disc { center: self.position, radius_m: self.radius_m }
+    }
+}
+
+/// The robot as people see it: a disc, whatever its footprint.
 #[derive(Clone, Copy, Debug)]
 pub struct RobotState {
     /// Centre in the world, m.

@@ -13,7 +13,7 @@
 mod outcome;
 
 pub use self::outcome::Outcome;
-use crate::collision::{time_to_disc_s, time_to_segment_s};
+use crate::body::Body;
 use crate::disturbance::{Disturbance, DrawnDisturbance};
 use crate::dynamics::Base;
 use crate::lidar::{Lidar, measure};
@@ -21,8 +21,9 @@ use crate::localiser::Localisation;
 use crate::obstacles::Obstacles;
 use crate::odometer::Odometer;
 use crate::people::{Crowd, PersonState, RobotState};
-use crate::world::{Disc, World};
-use nav_core::geometry::{Point, Pose, Vector};
+use crate::world::World;
+use nav_core::footprint::Footprint;
+use nav_core::geometry::{Pose, Vector};
 use nav_core::messages::{Goal, Header, LaserScan, Odometry};
 use nav_core::task::Task;
 use nav_core::twist::Twist;
@@ -119,7 +120,7 @@ impl Simulation {
         let robot = RobotState {
             position: self.base.pose().position(),
             velocity: self.base.velocity_in_world(),
-            radius_m: self.robot_radius_m(),
+            radius_m: self.footprint().circumradius_m(),
         };
         self.crowd.decide(&self.world.people, robot, &self.obstacles, self.task.control_period_s);
         self.base.command(command);
@@ -144,15 +145,11 @@ impl Simulation {
     }
 
     fn judged(&self) -> Outcome {
-        let position = self.base.pose().position();
-        let radius_m = self.robot_radius_m();
-        let hits_person = self.crowd.people().iter().any(|person| {
-            let reach_m = radius_m + person.radius_m;
-            (person.position - position).norm_squared() < reach_m * reach_m
-        });
-        if hits_person || self.obstacles.collides(position, radius_m) {
+        let body = self.body();
+        let hits_person = self.crowd.people().iter().any(|person| body.touches_disc(&person.disc(), 0.0));
+        if hits_person || self.obstacles.touches(&body) {
             Outcome::Collided
-        } else if (self.world.goal - position).norm() <= self.task.goal_radius_m {
+        } else if (self.world.goal - body.position()).norm() <= self.task.goal_radius_m {
             Outcome::Reached
         } else {
             Outcome::Running
@@ -161,12 +158,8 @@ impl Simulation {
 
     /// Measures a scan at the present pose. Noise depends on seed and step only: asked twice, the same scan.
     pub fn scan(&mut self, into: &mut LaserScan) {
-        let moving = self
-            .crowd
-            .people()
-            .iter()
-            .map(|person| Disc { center: person.position, radius_m: person.radius_m });
-        let ranges_m = self.lidar.cast(self.base.pose(), &self.obstacles, moving);
+        let moving = self.crowd.people().iter().map(PersonState::disc);
+        let ranges_m = self.lidar.cast(self.task.lidar.pose(self.base.pose()), &self.obstacles, moving);
         let stream = (self.seed ^ NOISE_STREAM).wrapping_add(u64::from(self.steps) << 32);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(stream);
         let DrawnDisturbance { range_noise_m, dropout, .. } = self.drawn;
@@ -249,50 +242,50 @@ impl Simulation {
         &self.task
     }
 
-    /// True radius of the footprint, m.
-    pub fn robot_radius_m(&self) -> f32 {
-        self.task.robot.radius_m * self.drawn.radius_scale
+    /// The true footprint.
+    pub fn footprint(&self) -> Footprint {
+        self.task.robot.footprint.scaled(self.drawn.radius_scale)
+    }
+
+    /// The true footprint where it is. People who see the robot see the circle that it turns in.
+    pub fn body(&self) -> Body {
+        Body::new(self.footprint(), self.base.pose())
     }
 
     /// From the footprint's edge to the nearest static obstacle or person, m; negative in a collision, and
     /// never more than [`CLEARANCE_MAX_M`] (scaled).
     pub fn clearance_m(&self) -> f32 {
-        let position = self.base.pose().position();
-        let radius_m = self.robot_radius_m();
+        let body = self.body();
         let most_m = self.task.scale().m(CLEARANCE_MAX_M);
-        let people = self.crowd.people().iter();
-        let nearest_m = people
-            .map(|person| (person.position - position).norm() - person.radius_m)
-            .fold(self.obstacles.distance_m(position, most_m + radius_m), f32::min);
-        nearest_m - radius_m
+        let people = self.crowd.people().iter().map(|person| body.distance_to_disc_m(&person.disc()));
+        people.fold(self.obstacles.clearance_m(&body, most_m), f32::min)
     }
 
     /// Time until the footprint touches a person or static obstacle if all keep their present velocities
     /// (the robot straight ahead), s; `INFINITY` if that is more than [`crate::collision::HORIZON_S`] away.
     pub fn time_to_collision_s(&self) -> f32 {
-        let position = self.base.pose().position();
-        let radius_m = self.robot_radius_m();
-        let velocity = self.base.velocity_in_world();
-        let people = self.crowd.people().iter().map(|person| {
-            time_to_disc_s(person.position - position, radius_m + person.radius_m, velocity - person.velocity)
-        });
-        people.fold(self.time_to_static_s(position, velocity, radius_m), f32::min)
+        let (body, velocity) = (self.body(), self.base.velocity_in_world());
+        let people = self
+            .crowd
+            .people()
+            .iter()
+            .map(|person| body.time_to_disc_s(&person.disc(), velocity - person.velocity));
+        people.fold(self.time_to_static_s(&body, velocity), f32::min)
     }
 
-    fn time_to_static_s(&self, position: Point, velocity: Vector, radius_m: f32) -> f32 {
+    fn time_to_static_s(&self, body: &Body, velocity: Vector) -> f32 {
+        let position = body.position();
         let end = position + velocity * crate::collision::HORIZON_S;
-        let margin = Vector::repeat(radius_m);
+        let margin = Vector::repeat(body.footprint().circumradius_m());
         let mut soonest_s = f32::INFINITY;
         for (edges, discs) in
             self.obstacles.touching(position.inf(&end) - margin, position.sup(&end) + margin)
         {
             for edge in edges {
-                let time_s = time_to_segment_s(edge.a - position, edge.b - position, radius_m, velocity);
-                soonest_s = soonest_s.min(time_s);
+                soonest_s = soonest_s.min(body.time_to_edge_s(edge, velocity));
             }
             for disc in discs {
-                let time_s = time_to_disc_s(disc.center - position, radius_m + disc.radius_m, velocity);
-                soonest_s = soonest_s.min(time_s);
+                soonest_s = soonest_s.min(body.time_to_disc_s(disc, velocity));
             }
         }
         soonest_s

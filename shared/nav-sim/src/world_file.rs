@@ -8,9 +8,11 @@ mod habits;
 
 pub use folder::read_folder;
 
+use crate::body::Body;
 use crate::geodesic::{GeodesicField, is_leg_free};
 use crate::obstacles::Obstacles;
 use crate::world::{COORDINATE_MAX_M, Person, World};
+use nav_core::footprint::Footprint;
 use nav_core::geometry::Point;
 use std::path::{Path, PathBuf};
 
@@ -123,6 +125,18 @@ pub enum WorldProblem {
         /// The radius that does not fit, m.
         radius_m: f32,
     },
+    /// The robot does not fit to its start as it is turned there.
+    #[error(
+        "the start at ({x:.2}, {y:.2}) is too narrow for a robot of {footprint}, turned as it is there: move or turn it"
+    )]
+    BlockedStart {
+        /// Where, m.
+        x: f32,
+        /// Where, m.
+        y: f32,
+        /// The robot.
+        footprint: Footprint,
+    },
     /// A leg of a person's round leads through an obstacle.
     #[error("person {person} would walk through an obstacle on the way to waypoint {waypoint}")]
     Leg {
@@ -132,9 +146,9 @@ pub enum WorldProblem {
         waypoint: usize,
     },
     /// The goal cannot be reached.
-    #[error("no path of a robot with a radius of {radius_m} m leads from the start to the goal")]
+    #[error("no path for a robot {} m wide leads from the start to the goal", 2.0 * radius_m)]
     NoPath {
-        /// Radius of the robot, m.
+        /// Radius of the robot, or half of its width, m.
         radius_m: f32,
     },
     /// The goal cannot be reached on wide ways, and the world is too large to look for narrow ones.
@@ -148,19 +162,18 @@ pub enum WorldProblem {
     },
 }
 
-/// Reads a world and checks it for a robot of a radius (m).
+/// Reads a world and checks it for a robot.
 ///
 /// # Errors
 /// A file that cannot be read, is not a world, or is one that makes no sense: see [`check`].
-pub fn load(path: &Path, robot_radius_m: f32) -> Result<World, WorldFileError> {
+pub fn load(path: &Path, footprint: &Footprint) -> Result<World, WorldFileError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| WorldFileError::Read { path: path.to_owned(), source })?;
     let world = toml::from_str(&text).map_err(|error| WorldFileError::Parse {
         path: path.to_owned(),
         message: error.to_string().trim_end().to_owned(),
     })?;
-    check(&world, robot_radius_m)
-        .map_err(|problem| WorldFileError::Invalid { path: path.to_owned(), problem })?;
+    check(&world, footprint).map_err(|problem| WorldFileError::Invalid { path: path.to_owned(), problem })?;
     Ok(world)
 }
 
@@ -173,12 +186,12 @@ pub fn save(path: &Path, world: &World) -> Result<(), WorldFileError> {
     std::fs::write(path, text).map_err(|source| WorldFileError::Write { path: path.to_owned(), source })
 }
 
-/// Whether a robot of a radius (m) can use a world: shapes that exist, people who can walk their rounds, start
-/// and goal free, and a path between them.
+/// Whether a robot can use a world: shapes that exist, people who can walk their rounds, start and goal free (a rectangle need
+/// only stand at the goal in some direction), and a path between them.
 ///
 /// # Errors
 /// The first thing that is wrong.
-pub fn check(world: &World, robot_radius_m: f32) -> Result<(), WorldProblem> {
+pub fn check(world: &World, footprint: &Footprint) -> Result<(), WorldProblem> {
     check_numbers(world)?;
     let obstacles = Obstacles::new(world);
     let fits = |what: &str, at: Point, radius_m: f32| {
@@ -189,20 +202,23 @@ pub fn check(world: &World, robot_radius_m: f32) -> Result<(), WorldProblem> {
         }
     };
     let start = world.start.position();
-    fits("the start", start, robot_radius_m)?;
-    fits("the goal", world.goal, robot_radius_m)?;
+    fits("the start", start, footprint.half_width_m())?;
+    if obstacles.touches(&Body::new(*footprint, world.start)) {
+        return Err(WorldProblem::BlockedStart { x: start.x, y: start.y, footprint: *footprint });
+    }
+    fits("the goal", world.goal, footprint.half_width_m())?;
     for (index, person) in world.people.iter().enumerate() {
         fits(&format!("person {index}"), person.start, person.radius_m)?;
         let beside = |problem| WorldProblem::Beside { person: index, problem };
-        habits::check_beside(&world.people, index, robot_radius_m).map_err(beside)?;
+        habits::check_beside(&world.people, index, footprint.circumradius_m()).map_err(beside)?;
         habits::check_stop(person).map_err(|problem| WorldProblem::Stop { person: index, problem })?;
         if person.beside.is_none() {
             check_round(&obstacles, index, person)?;
         }
     }
-    let field = GeodesicField::new(world, robot_radius_m);
+    let field = GeodesicField::new(world, footprint);
     field.distance_m(start).map(|_| ()).ok_or_else(|| match field.surely_seen_m() {
-        None => WorldProblem::NoPath { radius_m: robot_radius_m },
+        None => WorldProblem::NoPath { radius_m: footprint.half_width_m() },
         Some(width_m) => WorldProblem::NoWideWay { width_m },
     })
 }

@@ -80,6 +80,7 @@ fn lidar() -> impl Strategy<Value = task::Lidar> {
         field_of_view_rad,
         range_min_m: 0.05,
         range_max_m,
+        mount: Pose::default(),
     })
 }
 
@@ -192,7 +193,7 @@ proptest! {
         // A fine fan of beams around the nearest point: none is shorter than the distance, and one as long.
         let toward = nearest - at;
         let yaw_rad = toward.y.atan2(toward.x);
-        let spec = task::Lidar { beam_count: 1439, field_of_view_rad: 0.1, range_min_m: 0.0, range_max_m: 60.0 };
+        let spec = task::Lidar { beam_count: 1439, field_of_view_rad: 0.1, range_min_m: 0.0, range_max_m: 60.0, ..task::Lidar::default() };
         let mut lidar = Lidar::new(&spec);
         let fan = lidar.cast(Pose::new(at.x, at.y, yaw_rad), &obstacles, std::iter::empty());
         let shortest_m = fan.iter().copied().fold(f32::INFINITY, f32::min);

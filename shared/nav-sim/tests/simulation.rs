@@ -3,9 +3,10 @@
 mod common;
 
 use common::{FULL_AHEAD, busy_world, simulation};
+use nav_core::footprint::Footprint;
 use nav_core::geometry::{Point, Pose};
 use nav_core::messages::LaserScan;
-use nav_core::task::{Robot, Task};
+use nav_core::task::{Lidar, Robot, Task};
 use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::{Outcome, Simulation};
@@ -14,6 +15,19 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
+
+/// Discs and rectangles of a robot's size.
+fn footprints() -> impl Strategy<Value = Footprint> {
+    let rectangle = (0.05..0.4_f32, 0.05..0.4_f32, 0.05..0.3_f32);
+    prop_oneof![
+        (0.05..0.5_f32).prop_map(Footprint::circle),
+        rectangle.prop_map(|(front_m, rear_m, half_width_m)| Footprint::Rectangle {
+            front_m,
+            rear_m,
+            half_width_m
+        }),
+    ]
+}
 
 /// Every bit that a learner can see over 500 random steps, with resets.
 fn trace(simulation: &mut Simulation) -> Vec<u32> {
@@ -189,6 +203,24 @@ fn a_world_of_nonsense_breaks_nothing() {
     }
 }
 
+/// A lidar on the left front corner that looks to the left, in a room with walls at 0 and 10 m.
+#[test]
+fn a_scan_is_taken_from_where_the_lidar_sits() {
+    let lidar = Lidar {
+        mount: Pose::new(0.3, 0.2, std::f32::consts::FRAC_PI_2),
+        range_max_m: 12.0,
+        ..Lidar::default()
+    };
+    let task = Task { lidar, ..Task::default() };
+    let mut simulation = Simulation::new(Arc::new(common::room(10.0)), &task, &Disturbance::none(), 0);
+    let mut scan = LaserScan::default();
+    simulation.scan(&mut scan);
+    // The robot stands at (1, 1) and looks along x.
+    for (beam, expected_m) in [(36, 8.8), (54, 1.3), (0, 1.2), (18, 8.7)] {
+        assert!((scan.ranges_m[beam] - expected_m).abs() < 1e-4, "beam {beam}: {}", scan.ranges_m[beam]);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
@@ -199,13 +231,13 @@ proptest! {
         slope in -1.0..1.0_f32,
         yaw_rad in -1.5..1.5_f32,
         linear_max_mps in 0.2..5.0_f32,
-        radius_m in 0.05..0.5_f32,
+        footprint in footprints(),
         control_period_s in 0.02..0.5_f32,
         turns in prop::collection::vec(-1.0..1.0_f32, 300),
     ) {
         let task = Task {
             control_period_s,
-            robot: Robot { linear_max_mps, radius_m, linear_acceleration_mps2: 50.0, ..Robot::default() },
+            robot: Robot { linear_max_mps, footprint, linear_acceleration_mps2: 50.0, ..Robot::default() },
             ..Task::default()
         };
         let wall = Segment { a: Point::new(wall_m - slope, 0.0), b: Point::new(wall_m + slope, 10.0) };
@@ -228,8 +260,9 @@ proptest! {
 
     /// Whatever the robot does, it runs on exactly while its footprint is free.
     #[test]
-    fn the_outcome_is_that_of_the_clearance(seed in 0..1000_u64) {
-        let mut simulation = simulation(busy_world(), &Disturbance::usual(), seed);
+    fn the_outcome_is_that_of_the_clearance(seed in 0..1000_u64, footprint in footprints()) {
+        let task = Task { robot: Robot { footprint, ..Robot::default() }, ..Task::default() };
+        let mut simulation = Simulation::new(Arc::new(busy_world()), &task, &Disturbance::usual(), seed);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut outcome = Outcome::Running;
         while outcome == Outcome::Running {

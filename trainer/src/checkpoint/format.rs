@@ -12,7 +12,7 @@ use super::load_error::LoadError;
 
 const MAGIC: [u8; 8] = *b"HNAVCKPT";
 /// Rises whenever anything that a checkpoint or a policy keeps changes its shape.
-pub(super) const VERSION: u32 = 6;
+pub(super) const VERSION: u32 = 7;
 /// Magic, version, number of sections, step, length of the body.
 const HEADER_BYTES: u64 = 8 + 4 + 4 + 8 + 8;
 /// The CRC-32 at the end.

@@ -118,6 +118,8 @@ pub(super) fn merge(base: &mut toml::Table, overrides: toml::Table, path: &str) 
                 let known: Vec<_> = base.keys().map(String::as_str).collect();
                 bail!("has an unknown field `{full}`; known here: {}", known.join(", "))
             }
+            // One of several shapes, each with fields of its own.
+            (Some(slot), value) if full.ends_with("robot.footprint") => *slot = value,
             (Some(toml::Value::Table(inner)), toml::Value::Table(table)) => merge(inner, table, &full)?,
             (Some(slot), value) => *slot = value,
         }
@@ -128,6 +130,7 @@ pub(super) fn merge(base: &mut toml::Table, overrides: toml::Table, path: &str) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nav_core::footprint::Footprint;
 
     #[test]
     fn a_file_overrides_its_profile_and_nothing_else() {
@@ -148,7 +151,7 @@ mod tests {
         );
         assert!(message("[low]\nfamilies = ['hook']").contains("kept for testing"));
         assert!(message("[low.decomposed]\ncollided = 1.0").contains("crashing pays"));
-        assert!(message("[task.robot]\nradius_m = -1.0").contains("task.robot.radius_m"));
+        assert!(message("[task.robot]\nfootprint.circle.radius_m = -1.0").contains("task.robot.footprint"));
         for (text, field) in [
             ("[low]\nsubgoal_m = [3.0, 0.7]", "low.subgoal_m"),
             ("[low]\nnoise = [nan, 0.5]", "low.noise must be finite"),
@@ -175,7 +178,7 @@ mod tests {
 
     #[test]
     fn defaults_follow_from_the_robot_and_what_is_said_stays() {
-        let text = "[task]\ncontrol_period_s = 0.05\n[task.robot]\nradius_m = 0.4\nlinear_max_mps = 1.0\n\
+        let text = "[task]\ncontrol_period_s = 0.05\n[task.robot]\nfootprint.circle.radius_m = 0.4\nlinear_max_mps = 1.0\n\
                     [task.decision]\nhold_s = 3.0\n[low]\ndiscount = 0.9";
         let config = Config::parse(text, Profile::Quick).expect("valid");
         let (task, low) = (&config.task, &config.low);
@@ -234,6 +237,21 @@ mod tests {
         let config = Config::of_robot(Profile::Quick, &mine);
         assert_eq!(Config::parse(&config.to_toml(), Profile::Quick).expect("all is said"), config);
         assert_eq!(Config::parse_unchecked(&config.to_toml(), Profile::Quick).expect("all is said"), config);
+    }
+
+    #[test]
+    fn a_footprint_of_another_shape_takes_the_place_of_the_default_one() {
+        let text =
+            "[task.robot]\nfootprint = { rectangle = { front_m = 0.4, rear_m = 0.1, half_width_m = 0.3 } }";
+        let config = Config::parse(text, Profile::Quick).expect("valid");
+        let footprint = Footprint::Rectangle { front_m: 0.4, rear_m: 0.1, half_width_m: 0.3 };
+        assert_eq!(config.task.robot.footprint, footprint);
+        // The circle that it turns in has a radius of 0.5 m.
+        assert_eq!(config.task.decision.subgoal_distance_m.to_bits(), 5.0_f32.to_bits());
+        assert_eq!(Config::parse(&config.to_toml(), Profile::Full).expect("valid"), config);
+        let old =
+            Config::parse("[task.robot]\nradius_m = 0.2", Profile::Quick).expect_err("as it was said once");
+        assert!(format!("{old:#}").contains("known here: "), "{old:#}");
     }
 
     #[test]

@@ -107,7 +107,7 @@ impl Plan {
         let robot = args.robot.as_deref().map(RobotProfile::read).transpose()?;
         let task = shared_task(&policies, &limits, robot.as_ref())?;
         let folder = args.world_files.as_deref();
-        let scenes = Scenes::read(&families, args.split, args.worlds, folder, task.robot.radius_m)?;
+        let scenes = Scenes::read(&families, args.split, args.worlds, folder, &task.robot.footprint)?;
         Ok(Self {
             policies,
             scenes,

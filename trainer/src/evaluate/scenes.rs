@@ -1,6 +1,7 @@
 //! Where policies drive: generated worlds, world files, or both, in a fixed order.
 
 use anyhow::{Context, Result};
+use nav_core::footprint::Footprint;
 use nav_env::worlds::{Place, Scene};
 use nav_host::sha256::sha256_hex;
 use nav_sim::families::{Family, Split};
@@ -45,7 +46,7 @@ pub struct Scenes {
     worlds: u32,
     files: Vec<WorldFile>,
     #[serde(skip)]
-    robot_radius_m: f32,
+    footprint: Footprint,
 }
 
 impl Scenes {
@@ -58,13 +59,11 @@ impl Scenes {
         split: Split,
         worlds: u32,
         folder: Option<&Path>,
-        robot_radius_m: f32,
+        footprint: &Footprint,
     ) -> Result<Self> {
         let mut files = Vec::new();
-        for (path, world) in folder
-            .map(|folder| world_file::read_folder(folder, robot_radius_m))
-            .transpose()?
-            .unwrap_or_default()
+        for (path, world) in
+            folder.map(|folder| world_file::read_folder(folder, footprint)).transpose()?.unwrap_or_default()
         {
             let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
             let name = path.file_name().context("a world file without a name")?;
@@ -74,7 +73,7 @@ impl Scenes {
                 world: Arc::new(world),
             });
         }
-        Ok(Self { families: families.to_vec(), split, worlds, files, robot_radius_m })
+        Ok(Self { families: families.to_vec(), split, worlds, files, footprint: *footprint })
     }
 
     /// How many worlds there are.
@@ -106,12 +105,10 @@ impl Scenes {
     /// The world of an index, with its shortest ways.
     pub fn place(&self, index: usize) -> Place {
         match self.scene(index) {
-            (Scene::Family(family, split), seed) => {
-                Place::generated(family, split, seed, self.robot_radius_m)
-            }
+            (Scene::Family(family, split), seed) => Place::generated(family, split, seed, &self.footprint),
             (Scene::File(name), number) => {
                 let world = self.files[number as usize].world.clone();
-                Place::read(&name, world, number, self.robot_radius_m)
+                Place::read(&name, world, number, &self.footprint)
             }
         }
     }

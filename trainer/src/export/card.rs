@@ -32,7 +32,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
          | commit | {} |\n\
          | training | {} |\n{}\
          | families | {} |\n\
-         | robot | {}radius {} m, up to {} m/s, {} m/s back and {} rad/s |\n\
+         | robot | {}{}, up to {} m/s, {} m/s back and {} rad/s |\n\
          | lidar | {} beams, {:.0} degrees, {} m |\n\
          | control period | {} s |\n\
          | deviation margin | {} |\n\n\
@@ -46,7 +46,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
         story::rows(policy),
         families.join(", "),
         config.robot.as_deref().map_or_else(String::new, |name| named(name, &policy.task)),
-        policy.task.robot.radius_m,
+        policy.task.robot.footprint,
         policy.task.robot.linear_max_mps,
         policy.task.robot.linear_min_mps.abs(),
         policy.task.robot.angular_max_radps,

@@ -35,7 +35,7 @@ pub(super) fn input_of(observation: &[f32], is_high: bool) -> Vec<f32> {
 pub(super) fn golden_pairs(policy: &Policy) -> Result<Golden> {
     let config = policy.config()?;
     let families = [Family::Clutter, Family::UTrap, Family::Rooms, Family::Crowd];
-    let places = Arc::new(generate_places(&families, Split::Validation, 0..4, config.task.robot.radius_m));
+    let places = Arc::new(generate_places(&families, Split::Validation, 0..4, &config.task.robot.footprint));
     let mut golden = Golden::default();
     let (task, disturbance) = (&policy.task, &config.disturbance);
     let mut actor = policy.actor.network()?;

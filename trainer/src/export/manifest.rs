@@ -45,7 +45,9 @@ pub(super) fn manifest(policy: &Policy, td3: &str, dqn: Option<&str>, golden: &s
         observation_lengths: Manifest::LENGTHS,
         action_count: ACTION_COUNT,
         units: text("m, s, rad, m/s, rad/s; counter-clockwise positive, x forward")?,
-        frames: text("goal and subgoals in odom; scan and observation in the robot frame")?,
+        frames: text(
+            "goal and subgoals in odom; observation in the robot frame, scan in that of task.lidar.mount",
+        )?,
         decision_rule: text("highest legal value; GOAL unless beaten by more than deviation_margin")?,
         normalisation: text("td3: inside the graph; dqn: features are scaled by the encoder")?,
         task: policy.task,

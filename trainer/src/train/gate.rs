@@ -85,7 +85,7 @@ pub fn validation_places(config: &Config, purpose: Purpose) -> Vec<Place> {
         Purpose::Choose => 0..choosing,
         Purpose::Judge => choosing..choosing + judging,
     };
-    generate_places(&families, Split::Validation, seeds, config.task.robot.radius_m)
+    generate_places(&families, Split::Validation, seeds, &config.task.robot.footprint)
 }
 
 /// Drives every place once with the given networks, and scores each family.

@@ -5,6 +5,7 @@
 //! over the subgoals that the static map has a way to, not much longer than the straight line. Collisions count with every
 //! subgoal.
 
+use nav_core::footprint::Footprint;
 use nav_core::geometry::Point;
 use nav_core::observation::LOW_ACTION;
 use nav_env::ActingNetwork;
@@ -85,7 +86,7 @@ pub fn score_low(config: &Config, network: &mut ActingNetwork) -> LowReport {
 
 fn score_family(config: &Config, family: Family, network: &mut ActingNetwork) -> LowScore {
     let places =
-        Arc::new(generate_places(&[family], Split::Validation, 0..WORLDS, config.task.robot.radius_m));
+        Arc::new(generate_places(&[family], Split::Validation, 0..WORLDS, &config.task.robot.footprint));
     let low = LowRobotConfig { goal_share: 0.0, ..config.low.robot() };
     let mut counts = Counts::default();
     for robot in 0..ROBOTS {
@@ -109,7 +110,7 @@ fn score_family(config: &Config, family: Family, network: &mut ActingNetwork) ->
             if is_random && attempt != Attempt::Cut {
                 // Who has reached one has shown that it can be reached.
                 let is_judged =
-                    attempt == Attempt::Reached || begun.is_within_reach(config.task.robot.radius_m);
+                    attempt == Attempt::Reached || begun.is_within_reach(&config.task.robot.footprint);
                 counts.add(attempt, is_judged);
                 left -= usize::from(is_judged);
             }
@@ -134,8 +135,8 @@ impl Begun {
     }
 
     /// Whether the static map has a way there, not much longer than the straight line.
-    fn is_within_reach(&self, robot_radius_m: f32) -> bool {
-        let field = GeodesicField::towards(&self.place.world, self.to, robot_radius_m);
+    fn is_within_reach(&self, footprint: &Footprint) -> bool {
+        let field = GeodesicField::towards(&self.place.world, self.to, footprint);
         let straight_m = (self.to - self.from).norm();
         field.distance_m(self.from).is_some_and(|way_m| way_m <= DETOUR_MAX * straight_m)
     }
@@ -172,6 +173,8 @@ mod tests {
     use super::*;
     use nav_core::geometry::Pose;
     use nav_sim::world::{Bounds, Segment, World};
+
+    const ROBOT: Footprint = Footprint::circle(0.2);
 
     #[test]
     fn words_name_the_whole_and_each_family() {
@@ -214,10 +217,10 @@ mod tests {
             start: Pose::new(4.0, 5.0, 0.0),
             goal: Point::new(1.0, 1.0),
         };
-        let place = Place::read("test", Arc::new(world), 0, 0.2);
+        let place = Place::read("test", Arc::new(world), 0, &ROBOT);
         let is_within_reach = |x, y| {
             Begun { place: place.clone(), from: Point::new(4.0, 5.0), to: Point::new(x, y) }
-                .is_within_reach(0.2)
+                .is_within_reach(&ROBOT)
         };
         // Here, behind the wall (a way of 9 m leads there), in the wall, outside.
         assert_eq!(

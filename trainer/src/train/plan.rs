@@ -98,6 +98,6 @@ impl StagePlan {
         // Runs of different seeds train in different worlds.
         let first = config.seed % 1_000_000 * count;
         let seeds = first..first + count;
-        Arc::new(generate_places(&self.families, Split::Train, seeds, config.task.robot.radius_m))
+        Arc::new(generate_places(&self.families, Split::Train, seeds, &config.task.robot.footprint))
     }
 }

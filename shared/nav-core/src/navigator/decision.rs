@@ -77,11 +77,7 @@ impl Navigator {
         if decision.action != ACTION_GOAL && self.is_blocked(decision.subgoal, rest_m) {
             return Some(DecisionReason::Blocked);
         }
-        let contact_s = self.closing.time_to_contact_s(
-            &self.geometry,
-            self.task.robot.radius_m,
-            self.velocity.linear_mps,
-        );
+        let contact_s = self.closing.time_to_contact_s(&self.geometry, self.velocity.linear_mps);
         (contact_s < limits.time_to_collision_s).then_some(DecisionReason::Threat)
     }
 
@@ -104,8 +100,8 @@ impl Navigator {
     fn is_blocked(&self, subgoal: Point, rest_m: f32) -> bool {
         let local = self.pose.local_from_parent(subgoal);
         let (cos, sin) = (local.x / rest_m.max(1e-3), local.y / rest_m.max(1e-3));
-        let half_width_m = self.task.robot.radius_m + 0.5 * self.scale.m(CORRIDOR_CLEARANCE_M);
-        self.scan.corridor_m(cos, sin, half_width_m, rest_m) < 0.8 * rest_m
+        let lane = self.task.robot.footprint.lane(0.5 * self.scale.m(CORRIDOR_CLEARANCE_M));
+        self.scan.corridor_m(cos, sin, &lane, rest_m) < 0.8 * rest_m
     }
 
     /// Measures the candidates, updates the geodesic and encodes the high-level observation. Called once between two

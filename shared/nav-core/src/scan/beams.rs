@@ -14,7 +14,7 @@ pub(super) const INCREMENT_RAD: Range<f32> = 1e-4..7.0;
 /// Headers begin within this, rad.
 pub(super) const ANGLE_MIN_RAD: f32 = 100.0;
 
-/// A measured beam, in the robot frame.
+/// A measured beam, in the lidar's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
     /// Direction.

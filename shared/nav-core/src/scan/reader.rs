@@ -46,6 +46,8 @@ pub struct ScanReader {
     count: [u16; MAX_BEAMS],
     /// The measured beam nearest to each trained one's direction; twice the same, or one to either side as near.
     nearest: [[u16; 2]; MAX_BEAMS],
+    /// From the lidar to the robot's outline along each measured beam, m.
+    edge_m: [f32; MAX_BEAMS],
     /// Trained beams that no measured beam looks into.
     unseen: usize,
     beams_m: [f32; MAX_BEAMS],
@@ -69,6 +71,7 @@ impl ScanReader {
             first: [0; MAX_BEAMS],
             count: [0; MAX_BEAMS],
             nearest: [[0; 2]; MAX_BEAMS],
+            edge_m: [0.0; MAX_BEAMS],
             unseen: 0,
             beams_m: [f32::NAN; MAX_BEAMS],
             straight_m: [f32::NAN; MAX_BEAMS],
@@ -126,11 +129,13 @@ impl ScanReader {
         if range_max_m < 0.5 * lidar.range_max_m {
             return Err(Misfit::ShortRange { trained_m: lidar.range_max_m, found_m: range_max_m });
         }
-        let most_m = lidar.range_min_m.max(self.task.robot.radius_m + self.task.scale().m(MINIMUM_BEYOND_M));
+        self.lay_out(scan);
+        let edges_m = &self.edge_m[..scan.ranges_m().len()];
+        let inside_m = edges_m.iter().fold(f32::INFINITY, |least: f32, &edge_m| least.min(edge_m));
+        let most_m = lidar.range_min_m.max(inside_m + self.task.scale().m(MINIMUM_BEYOND_M));
         if range_min_m > most_m {
             return Err(Misfit::FarMinimum { most_m, found_m: range_min_m });
         }
-        self.lay_out(scan);
         let unseen_rad = self.unseen as f32 * lidar.angle_increment_rad();
         if unseen_rad > UNSEEN_MAX_RAD {
             let trained_rad = lidar.field_of_view_rad;
@@ -142,8 +147,8 @@ impl ScanReader {
     /// Whether enough of its beams measured, and what they measured can be.
     fn measures(&mut self, scan: &LaserScan) -> Result<(), Misfit> {
         let (mut measured, mut nearest_m) = (0_u32, f32::INFINITY);
-        for &range_m in scan.ranges_m() {
-            let means_m = self.meaning_m(scan, range_m);
+        for beam in 0..scan.ranges_m().len() {
+            let means_m = self.meaning_m(scan, beam);
             measured += u32::from(!means_m.is_nan());
             nearest_m = nearest_m.min(means_m);
         }
@@ -163,12 +168,12 @@ impl ScanReader {
         Ok(())
     }
 
-    /// What a range means to the policy: where something is, m; `INFINITY` for nothing within the trained range, NaN for
+    /// What a beam's range means to the policy: where something is, m; `INFINITY` for nothing within the trained range, NaN for
     /// nothing known.
-    fn meaning_m(&self, scan: &LaserScan, range_m: f32) -> f32 {
-        let means_m = meaning_m(scan, range_m, self.no_return_m);
+    fn meaning_m(&self, scan: &LaserScan, beam: usize) -> f32 {
+        let means_m = meaning_m(scan, scan.ranges_m[beam], self.no_return_m);
         if means_m <= 0.0 {
-            return scan.range_min_m.min(self.task.robot.radius_m);
+            return scan.range_min_m.min(self.edge_m[beam]);
         }
         if means_m >= self.task.lidar.range_max_m { f32::INFINITY } else { means_m }
     }
@@ -188,6 +193,8 @@ impl ScanReader {
         let mut away = [f32::INFINITY; MAX_BEAMS];
         for beam in 0..scan.ranges_m().len() {
             let angle_rad = wrap_angle(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
+            let (sin, cos) = libm::sincosf(angle_rad);
+            self.edge_m[beam] = self.task.robot.footprint.edge_m(&lidar.mount, cos, sin);
             let place = (angle_rad - lidar.angle_min_rad()) / width_rad;
             let (mut low, mut high) = (libm::ceilf(place - half) as i32, libm::floorf(place + half) as i32);
             if lidar.is_full_circle() {
@@ -212,13 +219,14 @@ impl ScanReader {
     }
 
     /// The trained beams of a scan that was [inspected](Self::inspect), m, as `ranges.rs` says; what failed is taken
-    /// from what was seen there a moment ago. `pose` is where it was taken, `odom_from_robot`.
+    /// from what was seen there a moment ago. `pose` is where the robot was, `odom_from_robot`. They are in the lidar's own frame: where
+    /// it sits on the robot [`ScanView`](super::ScanView) knows.
     pub fn read(&mut self, scan: &LaserScan, pose: Pose) -> &[f32] {
         self.lay_out(scan);
         let trained = (self.task.lidar.beam_count as usize).min(MAX_BEAMS);
         self.beams_m[..trained].fill(f32::NAN);
-        for (beam, &range_m) in scan.ranges_m().iter().enumerate() {
-            let means_m = self.meaning_m(scan, range_m);
+        for beam in 0..scan.ranges_m().len() {
+            let means_m = self.meaning_m(scan, beam);
             let mut at = usize::from(self.first[beam]);
             for _ in 0..self.count[beam] {
                 // The minimum of a number and NaN is the number.
@@ -229,15 +237,15 @@ impl ScanReader {
         if self.task.shield == ShieldMode::On {
             self.straighten(scan, trained);
         }
-        self.recall.complete(&mut self.beams_m[..trained], scan.header.stamp_ns, pose);
+        let lidar_pose = self.task.lidar.pose(pose);
+        self.recall.complete(&mut self.beams_m[..trained], scan.header.stamp_ns, lidar_pose);
         &self.beams_m[..trained]
     }
 
     /// Leaves what was measured in each beam's own direction, and things that are small.
     fn straighten(&mut self, scan: &LaserScan, trained: usize) {
         for at in 0..trained {
-            let [one, other] =
-                self.nearest[at].map(|beam| self.meaning_m(scan, scan.ranges_m[usize::from(beam)]));
+            let [one, other] = self.nearest[at].map(|beam| self.meaning_m(scan, usize::from(beam)));
             // Where two are as near, what lies between them is open, and what failed does not count.
             let straight_m = one.max(other);
             self.straight_m[at] = if straight_m.is_nan() { self.beams_m[at] } else { straight_m };

@@ -5,9 +5,14 @@ extern crate std;
 use super::*;
 use crate::geometry::Pose;
 use crate::messages::{Header, LaserScan};
-use crate::task::{Lidar, ShieldMode};
+use crate::task::{Lidar, ShieldMode, Task};
 use std::string::ToString;
 use std::vec::Vec;
+
+/// What the default robot sweeps, with 5 cm to spare.
+fn lane() -> Lane {
+    Task::default().robot.footprint.lane(0.05)
+}
 
 /// The view of one scan of the default task, seen by whatever lidar.
 fn seen(task: &Task, scan: &LaserScan) -> ScanView {
@@ -52,9 +57,9 @@ fn wall(angle_rad: f32) -> f32 {
 fn a_wall_ahead_closes_the_corridor_ahead_only() {
     let task = Task::default();
     let view = seen(&task, &LaserScan::of(&task.lidar, wall));
-    let ahead = view.corridor_m(1.0, 0.0, 0.25, 5.0);
+    let ahead = view.corridor_m(1.0, 0.0, &lane(), 5.0);
     assert!((ahead - 1.75).abs() < 0.05, "{ahead}");
-    assert!((view.corridor_m(-1.0, 0.0, 0.25, 5.0) - 5.0).abs() < 1e-6);
+    assert!((view.corridor_m(-1.0, 0.0, &lane(), 5.0) - 5.0).abs() < 1e-6);
     assert!((view.nearest_m() - 2.0).abs() < 1e-3);
 }
 
@@ -171,11 +176,11 @@ fn too_near_is_an_obstacle() {
         let scan = stamped(LaserScan { range_min_m: 0.45, ..LaserScan::of(&task.lidar, pillar) }, 1);
         assert_eq!(ScanReader::new(&task).inspect(&scan), Ok(()), "{name}");
         let view = seen(&task, &scan);
-        let expected = if value > 0.0 { 0.3 } else { task.robot.radius_m };
+        let expected = if value > 0.0 { 0.3 } else { task.robot.footprint.circumradius_m() };
         assert!((view.nearest_m() - expected).abs() < 1e-6, "{name}: {}", view.nearest_m());
         assert_eq!(view.is_closed_ahead(), value <= 0.0, "{name}");
-        assert!(view.corridor_m(1.0, 0.0, 0.25, 5.0) < 0.15, "{name}");
-        assert!(view.corridor_m(-1.0, 0.0, 0.25, 5.0) > 3.0, "{name}: behind it is free");
+        assert!(view.corridor_m(1.0, 0.0, &lane(), 5.0) < 0.15, "{name}");
+        assert!(view.corridor_m(-1.0, 0.0, &lane(), 5.0) > 3.0, "{name}: behind it is free");
     }
 }
 
@@ -188,9 +193,11 @@ fn what_nobody_knows_is_not_free() {
     };
     let ahead = view(&|angle| angle.abs() < 0.175);
     assert!(
-        !ahead.is_closed_behind() && ahead.is_closed_ahead() && ahead.corridor_m(1.0, 0.0, 0.25, 5.0) == 0.0
+        !ahead.is_closed_behind()
+            && ahead.is_closed_ahead()
+            && ahead.corridor_m(1.0, 0.0, &lane(), 5.0) == 0.0
     );
-    assert!(ahead.corridor_m(-1.0, 0.0, 0.25, 5.0) > 3.0);
+    assert!(ahead.corridor_m(-1.0, 0.0, &lane(), 5.0) > 3.0);
     // Two wedges of 40 degrees with one beam between.
     let wedges = view(&|angle| angle.abs() < 0.74 && angle.abs() > 0.04);
     assert!(wedges.is_closed_ahead());
@@ -210,7 +217,7 @@ fn what_was_seen_ages_and_does_not_vanish() {
         let range_m = |angle: f32| if fails && angle.abs() < 0.3 { f32::NAN } else { wall(angle) };
         let scan = stamped(LaserScan::of(&task.lidar, range_m), seq);
         view.update(&geometry, reader.read(&scan, pose), scan.range_max_m);
-        (view.corridor_m(1.0, 0.0, 0.25, 5.0), view.is_closed_ahead())
+        (view.corridor_m(1.0, 0.0, &lane(), 5.0), view.is_closed_ahead())
     };
     see(1, Pose::default(), false);
     let (ahead_m, is_closed) = see(2, Pose::new(0.1, 0.0, 0.0), true);

@@ -1,7 +1,7 @@
 //! What a command leads to: what the robot could no longer stop before, and whom it meets.
 
 use super::grid::Grid;
-use super::motion::{Clock, Courses, LATE_MAX, MOMENTS, UnderWay};
+use super::motion::{Clock, Courses, LATE_MAX, MOMENTS, Place, UnderWay};
 use super::people::People;
 use super::standing::{Bump, Standing};
 use super::ways::{HELD, Manoeuvre, ways_back, ways_on};
@@ -24,6 +24,8 @@ pub(super) struct Met {
     hazard: Hazard,
     /// Where it is then, robot frame of now, m.
     at_m: (f32, f32),
+    /// How the robot is turned then: cosine and sine.
+    heading: (f32, f32),
     in_s: f32,
     /// How hard, m/s.
     speed_mps: f32,
@@ -50,8 +52,8 @@ pub(super) struct Obstacles<'a> {
 }
 
 impl Obstacles<'_> {
-    fn are_touched(&self, place: (f32, f32)) -> bool {
-        self.grid.is_none_or(|grid| grid.may_touch(place)) && self.points.is_touched(place)
+    fn are_touched(&self, place: &Place) -> bool {
+        self.grid.is_none_or(|grid| grid.may_touch(place.at_m)) && self.points.is_touched(place)
     }
 }
 
@@ -171,9 +173,9 @@ impl Danger<'_> {
         angular_radps: &[f32; N],
         moment: usize,
     ) {
-        let from = (courses.x_m, courses.y_m);
+        let from = *courses;
         courses.step(self.robot, linear_mps, angular_radps, self.clock.step_s[moment]);
-        let near = self.people.nearness(moment + 1, &from, &(courses.x_m, courses.y_m));
+        let near = self.people.nearness(moment + 1, &from, courses);
         for (lane, way) in ways.iter_mut().enumerate() {
             if matches!(way, Way::Ends(_)) {
                 continue;
@@ -185,10 +187,12 @@ impl Danger<'_> {
             if let (Some(person), Way::Free) = (near.close[lane], &way) {
                 *way = Way::Close(self.meeting(courses, lane, moment, person.into(), true));
             }
-            if self.walls.are_touched(courses.place(lane)) {
+            let place = courses.place(lane);
+            if self.walls.are_touched(&place) {
                 *way = Way::Ends(Met {
                     hazard: Hazard::Standing,
-                    at_m: courses.place(lane),
+                    at_m: place.at_m,
+                    heading: (place.cos, place.sin),
                     in_s: self.clock.at_s[moment],
                     speed_mps: courses.linear_mps(lane).abs(),
                     depth_m: 0.0,
@@ -203,7 +207,8 @@ impl Danger<'_> {
         if met.hazard != Hazard::Standing {
             return met;
         }
-        let Bump { at_m, depth_m } = self.walls.points.bump(met.at_m);
+        let (cos, sin) = met.heading;
+        let Bump { at_m, depth_m } = self.walls.points.bump(&Place { at_m: met.at_m, cos, sin });
         Met { at_m, depth_m, ..met }
     }
 
@@ -219,6 +224,7 @@ impl Danger<'_> {
         Met {
             hazard: Hazard::Person,
             at_m: self.people.place(moment + 1, person),
+            heading: (1.0, 0.0),
             in_s: self.clock.at_s[moment],
             speed_mps: libm::sqrtf((vx - px) * (vx - px) + (vy - py) * (vy - py)),
             depth_m: 0.0,
@@ -243,22 +249,28 @@ impl Danger<'_> {
         let follow = core::array::from_fn(|lane| if lane == 0 { 1.0 } else { slow });
         let mut courses = Courses::<LATENCIES>::new(&self.under_way, late, follow);
         let mut deepest: Option<Met> = None;
+        let footprint = &self.robot.footprint;
+        let corner_m = footprint.corners().map(|_| footprint.circumradius_m());
         for step in 0..STOPPING_STEPS {
             let target = if step < self.clock.held { command } else { Twist::ZERO };
             courses.step(self.robot, &[target.linear_mps; _], &[target.angular_radps; _], step_s);
             for lane in 0..LATENCIES {
-                if self.hits.are_touched(courses.place(lane)) {
-                    let Bump { at_m, depth_m } = self.hits.points.bump(courses.place(lane));
+                let place = courses.place(lane);
+                if self.hits.are_touched(&place) {
+                    let Bump { at_m, depth_m } = self.hits.points.bump(&place);
                     let in_s = (step + 1) as f32 * step_s;
                     let speed_mps = courses.linear_mps(lane).abs();
                     let hazard = Hazard::Standing;
-                    let met = Met { hazard, at_m, in_s, speed_mps, depth_m, is_close: false };
+                    let heading = (place.cos, place.sin);
+                    let met = Met { hazard, at_m, heading, in_s, speed_mps, depth_m, is_close: false };
                     if deepest.is_none_or(|deepest| met.depth_m > deepest.depth_m) {
                         deepest = Some(met);
                     }
                 }
             }
-            if step >= self.clock.held && (0..LATENCIES).all(|lane| courses.is_at_rest(lane, self.scale)) {
+            if step >= self.clock.held
+                && (0..LATENCIES).all(|lane| courses.is_at_rest(lane, self.scale, corner_m))
+            {
                 break;
             }
         }

@@ -2,7 +2,8 @@
 //! sides, and the end of a wall that is looked at along the wall is thinner than any. So that no beam hits them any more says
 //! nothing, and they count until they are far away or old; or until a beam goes on where the side of the thing was.
 
-use super::standing::{Beside, Nearest, margin_m};
+use super::sectors::{Beside, Nearest};
+use super::standing::margin_m;
 use crate::geometry::{Point, Pose};
 use crate::scale::Scale;
 use crate::scan::beams::Beams;

@@ -82,6 +82,25 @@ pub(super) struct UnderWay {
     pub(super) sent: [Twist; LATE_MAX],
 }
 
+/// Where a robot is on a course, in the robot frame of now.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// Where its centre is, m.
+    pub(super) at_m: (f32, f32),
+    /// Which way it looks.
+    pub(super) cos: f32,
+    /// Which way it looks.
+    pub(super) sin: f32,
+}
+
+impl Place {
+    /// A point of the robot frame of now, seen from there, m.
+    pub(super) fn seen(&self, (x_m, y_m): (f32, f32)) -> (f32, f32) {
+        let (dx, dy) = (x_m - self.at_m.0, y_m - self.at_m.1);
+        (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
+    }
+}
+
 /// Robots on `N` courses side by side, in the robot frame of now.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Courses<const N: usize> {
@@ -157,9 +176,9 @@ impl<const N: usize> Courses<N> {
         }
     }
 
-    /// Where one of them is, m.
-    pub(super) fn place(&self, lane: usize) -> (f32, f32) {
-        (self.x_m[lane], self.y_m[lane])
+    /// Where one of them is, and how it is turned.
+    pub(super) fn place(&self, lane: usize) -> Place {
+        Place { at_m: (self.x_m[lane], self.y_m[lane]), cos: self.cos[lane], sin: self.sin[lane] }
     }
 
     /// Its speed along the heading, m/s.
@@ -172,12 +191,15 @@ impl<const N: usize> Courses<N> {
         (self.linear.now[lane] * self.cos[lane], self.linear.now[lane] * self.sin[lane])
     }
 
-    /// Whether it stands, and no command will change that.
-    pub(super) fn is_at_rest(&self, lane: usize, scale: &Scale) -> bool {
-        let rests = |mps: f32| mps.abs() < scale.mps(REST_MPS);
+    /// Whether it stands, and no command will change that. A disc may turn where it stands; the corners of a rectangle, which
+    /// reach `corner_m` from where it turns, move.
+    pub(super) fn is_at_rest(&self, lane: usize, scale: &Scale, corner_m: Option<f32>) -> bool {
         let latest = self.late.iter().fold(0, |most, late| most.max(*late));
-        rests(self.linear.now[lane])
-            && self.linear.commands[..=latest].iter().all(|command| rests(command[lane]))
+        let rests = |axis: &Axis<N>, reach_m: f32| {
+            let rests = |speed: f32| (reach_m * speed).abs() < scale.mps(REST_MPS);
+            rests(axis.now[lane]) && axis.commands[..=latest].iter().all(|command| rests(command[lane]))
+        };
+        rests(&self.linear, 1.0) && corner_m.is_none_or(|corner_m| rests(&self.angular, corner_m))
     }
 }
 

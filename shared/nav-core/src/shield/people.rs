@@ -1,6 +1,7 @@
 //! Where those who move will be.
 
-use super::motion::{Clock, MOMENTS};
+use super::motion::{Clock, Courses, MOMENTS};
+use crate::footprint::Footprint;
 use crate::geometry::{Point, Pose, Vector};
 use crate::task::Robot;
 
@@ -14,6 +15,8 @@ const GROWTH_MAX_M: f32 = 0.1;
 const SPARE_M: f32 = 0.2;
 /// A robot is no faster than this many times its limit.
 const FASTER: f32 = 1.2;
+/// Coming nearer by less than this share of its half width is none to a rectangle.
+const HAIR: f32 = 1e-3;
 /// So many of those who move are looked at, the nearest first.
 pub(super) const PEOPLE_MAX: usize = 16;
 
@@ -39,8 +42,42 @@ pub(super) struct People {
     /// The same with room to spare.
     wide2_m2: [[f32; PEOPLE_MAX]; MOMENTS + 1],
     velocity: [(f32, f32); PEOPLE_MAX],
+    /// Of a rectangle, for which the distances above are those of the circle that it turns in.
+    outline: Option<Outline>,
     /// Whom the robot can come near to on the way to each moment: a bit each.
     in_reach: [u32; MOMENTS + 1],
+}
+
+/// What counts for a rectangle.
+#[derive(Clone, Debug)]
+struct Outline {
+    footprint: Footprint,
+    /// From the outline to everybody's centre now, m.
+    present_m: [f32; PEOPLE_MAX],
+    /// How near they may come to it at every moment, m.
+    reach_m: [[f32; PEOPLE_MAX]; MOMENTS + 1],
+}
+
+impl Outline {
+    fn of(footprint: &Footprint) -> Option<Self> {
+        let footprint = footprint.corners().map(|_| *footprint)?;
+        let reach_m = [[0.0; PEOPLE_MAX]; MOMENTS + 1];
+        Some(Self { footprint, present_m: [0.0; PEOPLE_MAX], reach_m })
+    }
+
+    /// How near somebody comes to the outline between two places as the robot sees them, m: along the straight line.
+    fn nearest_m(&self, from: (f32, f32), to: (f32, f32)) -> f32 {
+        let (a, b) = (Point::new(from.0, from.1), Point::new(to.0, to.1));
+        let along = b - a;
+        let length2 = along.norm_squared().max(1e-12);
+        let at = |share: f32| self.footprint.distance_m(a + along * share.clamp(0.0, 1.0));
+        let ends_m = at(0.0).min(at(1.0));
+        // The nearest is an end, or where the line passes a corner or crosses a middle line.
+        let corners = self.footprint.corners().into_iter().flatten();
+        let passing_m = corners.map(|corner| at((corner - a).dot(&along) / length2));
+        let crossing = [-a.x / along.x, -a.y / along.y].into_iter().filter(|share| share.is_finite());
+        passing_m.chain(crossing.map(at)).fold(ends_m, f32::min)
+    }
 }
 
 /// Who is near the robots on pieces of their courses.
@@ -62,6 +99,7 @@ impl People {
             reach2_m2: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
             wide2_m2: [[0.0; PEOPLE_MAX]; MOMENTS + 1],
             velocity: [(0.0, 0.0); PEOPLE_MAX],
+            outline: None,
             in_reach: [0; MOMENTS + 1],
         }
     }
@@ -71,6 +109,7 @@ impl People {
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
         self.count = 0;
         self.in_reach = [0; MOMENTS + 1];
+        self.outline = Outline::of(&robot.footprint);
         for mover in movers {
             let (dx, dy) = (mover.position.x - pose.x_m, mover.position.y - pose.y_m);
             let (x, y) = (cos * dx + sin * dy, cos * dy - sin * dx);
@@ -84,16 +123,23 @@ impl People {
             let at = self.count;
             self.velocity[at] = (vx, vy);
             let present_m2 = x * x + y * y;
+            if let Some(outline) = &mut self.outline {
+                outline.present_m[at] = outline.footprint.distance_m(Point::new(x, y));
+            }
             for moment in 0..=MOMENTS {
                 let ahead_s = if moment == 0 { 0.0 } else { clock.at_s[moment - 1] };
                 self.x_m[moment][at] = x + vx * ahead_s;
                 self.y_m[moment][at] = y + vy * ahead_s;
                 let growth_m = (GROWTH_MPS * ahead_s).min(GROWTH_MAX_M);
-                let reach_m = robot.radius_m + mover.radius_m + MARGIN_M + growth_m;
+                let reach_m = robot.footprint.circumradius_m() + mover.radius_m + MARGIN_M + growth_m;
                 // Who is nearer already may not come nearer still.
-                self.reach2_m2[moment][at] = (reach_m * reach_m).min(present_m2 * 0.999);
+                let most_m2 = if self.outline.is_some() { f32::INFINITY } else { present_m2 * 0.999 };
+                self.reach2_m2[moment][at] = (reach_m * reach_m).min(most_m2);
                 let wide_m = reach_m + SPARE_M;
-                self.wide2_m2[moment][at] = (wide_m * wide_m).min(present_m2 * 0.999);
+                self.wide2_m2[moment][at] = (wide_m * wide_m).min(most_m2);
+                if let Some(outline) = &mut self.outline {
+                    outline.reach_m[moment][at] = mover.radius_m + MARGIN_M + growth_m;
+                }
                 let (ax, ay) = self.place(moment.saturating_sub(1), at);
                 let nearest2_m2 = nearest2_to_origin(ax, ay, self.x_m[moment][at], self.y_m[moment][at]);
                 let way_m = wide_m + FASTER * robot.linear_max_mps * ahead_s;
@@ -103,13 +149,13 @@ impl People {
         }
     }
 
-    /// Who is near while robots go from places of the robot frame, x and y, at the moment before to others at `moment` (1
-    /// is the first after now).
+    /// Who is near while robots go from where they were at the moment before to where they are at `moment` (1 is the first
+    /// after now).
     pub(super) fn nearness<const N: usize>(
         &self,
         moment: usize,
-        from: &([f32; N], [f32; N]),
-        to: &([f32; N], [f32; N]),
+        from: &Courses<N>,
+        to: &Courses<N>,
     ) -> Nearness<N> {
         let mut nearness = Nearness { touched: [None; N], close: [None; N] };
         for at in (0..self.count).filter(|at| self.in_reach[moment] >> at & 1 == 1) {
@@ -118,12 +164,24 @@ impl People {
             let mut nearest2_m2 = [0.0; N];
             let mut is_near = false;
             for (lane, nearest2_m2) in nearest2_m2.iter_mut().enumerate() {
-                let (ax, ay) = (before.0 - from.0[lane], before.1 - from.1[lane]);
-                let (bx, by) = (now.0 - to.0[lane], now.1 - to.1[lane]);
+                let (ax, ay) = (before.0 - from.x_m[lane], before.1 - from.y_m[lane]);
+                let (bx, by) = (now.0 - to.x_m[lane], now.1 - to.y_m[lane]);
                 *nearest2_m2 = nearest2_to_origin(ax, ay, bx, by);
                 is_near |= *nearest2_m2 < wide2_m2;
             }
             if !is_near {
+                continue;
+            }
+            if let Some(outline) = &self.outline {
+                let reach_m = outline.reach_m[moment][at];
+                let present_m = outline.present_m[at] - HAIR * outline.footprint.half_width_m();
+                for lane in (0..N).filter(|lane| nearest2_m2[*lane] < wide2_m2) {
+                    let nearest_m =
+                        outline.nearest_m(from.place(lane).seen(before), to.place(lane).seen(now));
+                    let is_within = |reach_m: f32| (nearest_m < reach_m.min(present_m)).then_some(at as u8);
+                    nearness.close[lane] = nearness.close[lane].or(is_within(reach_m + SPARE_M));
+                    nearness.touched[lane] = nearness.touched[lane].or(is_within(reach_m));
+                }
                 continue;
             }
             for (lane, nearest2_m2) in nearest2_m2.into_iter().enumerate() {

@@ -2,17 +2,18 @@
 
 use super::grid::Grid;
 use super::kept::{KEPT_MAX, Kept};
+use super::motion::Place;
+use super::sectors::{Beside, Nearest, SECTOR_RAD, SECTORS, View, same_beside};
+use crate::footprint::Footprint;
 use crate::geometry::{Point, Pose};
-use crate::messages::MAX_BEAMS;
 use crate::scale::Scale;
 use crate::scan::beams::{Beam, Beams};
-use core::f32::consts::{PI, TAU};
 
 /// Kept free around everything that stands, m: for the lidar's noise, which a smaller robot has, too, and a footprint that is
 /// larger than it is said to be, which counts for more with a larger one.
 pub const MARGIN_M: f32 = 0.04;
-/// Sectors around the robot, one point each.
-const SECTORS: usize = 72;
+/// Coming nearer by less than this share of its half width is none to a rectangle.
+const HAIR: f32 = 5e-4;
 /// So many scans are looked at together: what lies between two beams of one is hit by the next, and what failed to be
 /// measured a moment ago is not gone.
 const SCANS: usize = 6;
@@ -32,70 +33,6 @@ pub fn margin_m(scale: &Scale) -> f32 {
     MARGIN_M.max(scale.m(MARGIN_M))
 }
 
-/// Which sector each beam lies in, worked out once for a lidar.
-#[derive(Clone, Debug)]
-pub(super) struct Sectors {
-    /// Beams, and the direction of the first and of the last one.
-    layout: (usize, [u32; 4]),
-    of_beam: [u8; MAX_BEAMS],
-}
-
-impl Sectors {
-    /// Of no lidar.
-    pub(super) fn new() -> Self {
-        Self { layout: (0, [0; 4]), of_beam: [0; MAX_BEAMS] }
-    }
-
-    /// Works it out, unless the last scan had the same beams.
-    pub(super) fn lay_out(&mut self, beams: &Beams) {
-        let beams = beams.as_slice();
-        let (Some(first), Some(last)) = (beams.first(), beams.last()) else { return };
-        let layout = (beams.len(), [first.cos, first.sin, last.cos, last.sin].map(f32::to_bits));
-        if layout == self.layout {
-            return;
-        }
-        self.layout = layout;
-        for (sector, beam) in self.of_beam.iter_mut().zip(beams) {
-            let turn = (libm::atan2f(beam.sin, beam.cos) + PI) / TAU;
-            // A hair more, so that beams on borders fall on one side whatever the rounding.
-            *sector = ((turn * SECTORS as f32 + 1e-3) as usize % SECTORS) as u8;
-        }
-    }
-}
-
-/// What the beams beside one hit.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Beside {
-    /// Both the same thing.
-    Wide,
-    /// One of them the same thing, here in the `odom` frame, m.
-    End(Point),
-    /// Neither.
-    Alone,
-}
-
-/// The nearest thing in a sector.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Nearest {
-    /// Where, in the `odom` frame, m.
-    pub(super) point: Point,
-    /// When it was seen.
-    pub(super) stamp_ns: u64,
-    /// What was hit beside it.
-    pub(super) beside: Beside,
-}
-
-/// A scan, and where it was taken.
-#[derive(Clone, Copy)]
-pub(super) struct View<'a> {
-    pub(super) beams: &'a Beams,
-    pub(super) sectors: &'a Sectors,
-    pub(super) pose: Pose,
-    pub(super) stamp_ns: u64,
-    /// What is too near to be measured touches a footprint of this radius, m.
-    pub(super) radius_m: f32,
-}
-
 /// Points that stand.
 #[derive(Clone, Debug)]
 pub(super) struct Standing {
@@ -109,8 +46,11 @@ pub(super) struct Standing {
     /// Points of the robot frame, m.
     x_m: [f32; POINTS],
     y_m: [f32; POINTS],
-    /// Squared distance of the robot's centre below which each counts as touched, m².
+    /// Squared distance of the robot's centre below which each counts as touched, m²; for a rectangle, may be touched...
     reach2_m2: [f32; POINTS],
+    /// ...which it is within this distance of the outline, m.
+    near_m: [f32; POINTS],
+    footprint: Footprint,
     count: usize,
     /// How far away the last of them may be touched, m.
     reach_m: f32,
@@ -127,7 +67,7 @@ pub(super) struct Bump {
 
 impl Standing {
     /// Nothing seen yet.
-    pub(super) fn new(scale: &Scale) -> Self {
+    pub(super) fn new(scale: &Scale, footprint: &Footprint) -> Self {
         Self {
             scale: *scale,
             margin_m: margin_m(scale),
@@ -136,6 +76,8 @@ impl Standing {
             x_m: [0.0; POINTS],
             y_m: [0.0; POINTS],
             reach2_m2: [0.0; POINTS],
+            near_m: [0.0; POINTS],
+            footprint: *footprint,
             count: 0,
             reach_m: 0.0,
         }
@@ -148,10 +90,12 @@ impl Standing {
         is_left_out: impl Fn(usize) -> bool,
         mut leaving: impl FnMut(Nearest),
     ) {
-        let View { beams, sectors, pose, stamp_ns, radius_m } = *view;
+        let View { beams, sectors, pose, stamp_ns, footprint, mount } = *view;
         let mut nearest = [(f32::INFINITY, 0); SECTORS];
         for (index, beam) in beams.as_slice().iter().enumerate() {
-            let range_m = if beam.range_m > 0.0 { beam.range_m } else { radius_m };
+            let is_measured = beam.range_m > 0.0 || beam.range_m.is_nan();
+            let range_m =
+                if is_measured { beam.range_m } else { footprint.edge_m(mount, beam.cos, beam.sin) };
             let nearest = &mut nearest[usize::from(sectors.of_beam[index])];
             if !beam.range_m.is_nan() && range_m < nearest.0 && !is_left_out(index) {
                 *nearest = (range_m, index);
@@ -185,11 +129,14 @@ impl Standing {
         }
     }
 
-    /// Lays the points within `far_m` out for courses of a footprint of `radius_m` from `pose`; beside a hit, something may
-    /// reach so far unseen as `edge_rad` spans. What is nearer already than it should be may not come nearer still. What is
+    /// Lays the points within `far_m` out for courses of the footprint from `pose`; beside a hit, something may reach so far
+    /// unseen as `edge_rad` spans, seen by the `lidar`, wherever it is now. What is nearer already than it should be may not come nearer still. What is
     /// `kept` counts like what was seen.
-    pub(super) fn lay_out(&mut self, kept: &Kept, pose: Pose, radius_m: f32, edge_rad: f32, far_m: f32) {
+    pub(super) fn lay_out(&mut self, kept: &Kept, pose: Pose, lidar: Point, edge_rad: f32, far_m: f32) {
+        let radius_m = self.footprint.circumradius_m();
+        let is_rectangle = self.footprint.corners().is_some();
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
+        let here = pose.position();
         self.count = 0;
         self.reach_m = far_m + radius_m + self.margin_m + edge_rad * far_m;
         for seen in self.seen.iter().flatten().flatten().chain(kept.iter()) {
@@ -201,16 +148,32 @@ impl Standing {
             let at = self.count;
             self.x_m[at] = cos * dx + sin * dy;
             self.y_m[at] = cos * dy - sin * dx;
-            let reach_m = radius_m + self.margin_m + edge_rad * libm::sqrtf(range2_m2);
-            self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
+            let seen_m = if lidar == here { libm::sqrtf(range2_m2) } else { (seen.point - lidar).norm() };
+            let beside_m = self.margin_m + edge_rad * seen_m;
+            let reach_m = radius_m + beside_m;
+            if is_rectangle {
+                let present_m = self.footprint.distance_m(Point::new(self.x_m[at], self.y_m[at]));
+                self.near_m[at] = beside_m.min(present_m - HAIR * self.footprint.half_width_m());
+                self.reach2_m2[at] = reach_m * reach_m;
+            } else {
+                self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
+            }
             self.count += 1;
         }
         // Whole groups for the loops below; what fills up touches nothing.
         while !self.count.is_multiple_of(LANES) {
             (self.x_m[self.count], self.y_m[self.count]) = (0.0, 0.0);
             self.reach2_m2[self.count] = 0.0;
+            self.near_m[self.count] = f32::NEG_INFINITY;
             self.count += 1;
         }
+    }
+
+    /// How far from a hit the next one may lie, seen by the lidar, rad. Corners fit between hits that a disc does not fit
+    /// between, and a sector keeps but one.
+    pub(super) fn spacing_rad(&self, beams: &Beams) -> f32 {
+        let least_rad = if self.footprint.corners().is_some() { SECTOR_RAD } else { 0.0 };
+        beams.step_rad().max(least_rad)
     }
 
     /// A map of them, for who asks often.
@@ -222,8 +185,17 @@ impl Standing {
         grid
     }
 
-    /// Whether the robot's centre at a place of the robot frame is too near to something.
-    pub(super) fn is_touched(&self, (x_m, y_m): (f32, f32)) -> bool {
+    /// Whether the robot is too near to something at a place.
+    pub(super) fn is_touched(&self, place: &Place) -> bool {
+        match self.footprint {
+            Footprint::Circle { .. } => self.touches_disc(place.at_m),
+            Footprint::Rectangle { front_m, rear_m, half_width_m } => {
+                self.touches_rectangle(place, (front_m, rear_m, half_width_m))
+            }
+        }
+    }
+
+    fn touches_disc(&self, (x_m, y_m): (f32, f32)) -> bool {
         let (xs, ys) =
             (self.x_m[..self.count].chunks_exact(LANES), self.y_m[..self.count].chunks_exact(LANES));
         for ((xs, ys), reaches) in xs.zip(ys).zip(self.reach2_m2[..self.count].chunks_exact(LANES)) {
@@ -239,9 +211,50 @@ impl Standing {
         false
     }
 
-    /// What the robot's centre at a place of the robot frame is too near to, most of all.
-    pub(super) fn bump(&self, (x_m, y_m): (f32, f32)) -> Bump {
+    fn touches_rectangle(&self, place: &Place, (front_m, rear_m, half_width_m): (f32, f32, f32)) -> bool {
+        let Place { at_m: (x_m, y_m), cos, sin } = *place;
+        for first in (0..self.count).step_by(LANES) {
+            let (mut dx, mut dy) = ([0.0; LANES], [0.0; LANES]);
+            let mut may_touch = false;
+            for lane in 0..LANES {
+                (dx[lane], dy[lane]) = (self.x_m[first + lane] - x_m, self.y_m[first + lane] - y_m);
+                may_touch |= dx[lane] * dx[lane] + dy[lane] * dy[lane] < self.reach2_m2[first + lane];
+            }
+            if !may_touch {
+                continue;
+            }
+            let mut touched = false;
+            for lane in 0..LANES {
+                // As the footprint's own distance, for all lanes at once.
+                let (ahead, aside) = (cos * dx[lane] + sin * dy[lane], cos * dy[lane] - sin * dx[lane]);
+                let (along, across) = ((ahead - front_m).max(-rear_m - ahead), aside.abs() - half_width_m);
+                let (out, beside) = (along.max(0.0), across.max(0.0));
+                let away_m = (out * out + beside * beside).max(0.0);
+                let near_m = self.near_m[first + lane];
+                let inside_m = along.max(across).min(0.0);
+                touched |= inside_m < near_m.min(0.0) || (near_m > 0.0 && away_m < near_m * near_m);
+            }
+            if touched {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// What the robot is too near to at a place, most of all.
+    pub(super) fn bump(&self, place: &Place) -> Bump {
         let mut worst = Bump { at_m: (0.0, 0.0), depth_m: 0.0 };
+        let (x_m, y_m) = place.at_m;
+        if self.footprint.corners().is_some() {
+            for at in 0..self.count {
+                let seen = place.seen((self.x_m[at], self.y_m[at]));
+                let depth_m = self.near_m[at] - self.footprint.distance_m(Point::new(seen.0, seen.1));
+                if depth_m > worst.depth_m {
+                    worst = Bump { at_m: (self.x_m[at], self.y_m[at]), depth_m };
+                }
+            }
+            return worst;
+        }
         for first in (0..self.count).step_by(LANES) {
             let mut distance2_m2 = [0.0; LANES];
             let mut touched = false;
@@ -270,13 +283,4 @@ impl Standing {
         self.begun_ns = 0;
         self.count = 0;
     }
-}
-
-/// The beams beside one that hit the same thing as it.
-fn same_beside(beams: &[Beam], index: usize, gap_m: f32) -> [Option<&Beam>; 2] {
-    let count = beams.len();
-    [index + count - 1, index + 1].map(|beside| {
-        let beam = &beams[beside % count];
-        ((beam.range_m - beams[index].range_m).abs() <= gap_m).then_some(beam)
-    })
 }

@@ -2,10 +2,12 @@
 
 use super::{CORRIDOR_LIMIT_M, SUBGOAL_MIN_M, Task};
 use crate::messages::MAX_BEAMS;
-use core::f32::consts::TAU;
+use core::f32::consts::{PI, TAU};
 
 /// Ticks that fit into a second of the reference robot at most: memory of the past has room for so many.
 const TICKS_A_SECOND_MAX: f32 = 500.0;
+const FOOTPRINT: &str = "robot.footprint must be a circle with a radius_m in [0.02, 5], or a rectangle with front_m and \
+     rear_m in [0, 5], half_width_m in [0.02, 5], front_m + rear_m at least 0.04, and one side at most 8 times the other";
 
 impl Task {
     /// The first thing about this task that makes no sense, as a sentence.
@@ -18,7 +20,7 @@ impl Task {
         let within_m = |value: f32, low: f32, high: f32| within(value, scale.m(low), scale.m(high));
         let checks = [
             (within(self.control_period_s, 0.001, 1.0), "control_period_s must lie in [0.001, 1]"),
-            (within(robot.radius_m, 0.02, 5.0), "robot.radius_m must lie in [0.02, 5]"),
+            (robot.footprint.is_sound(), FOOTPRINT),
             (within(robot.linear_max_mps, 0.01, 5.0), "robot.linear_max_mps must lie in [0.01, 5]"),
             (
                 within(robot.linear_min_mps, -robot.linear_max_mps, 0.0),
@@ -59,6 +61,11 @@ impl Task {
                 within(self.lidar.range_max_m, scale.m(1.0), 100.0),
                 "lidar.range_max_m must be at least 5 robot radii, and 100 at most",
             ),
+            (
+                within(self.lidar.mount.position().coords.norm(), 0.0, robot.footprint.circumradius_m()),
+                "lidar.mount must lie within the circle that the robot turns in: x_m and y_m",
+            ),
+            (within(self.lidar.mount.yaw_rad, -PI, PI), "lidar.mount.yaw_rad must lie in [-pi, pi]"),
             (
                 within(decision.hold_s, self.control_period_s, scale.s(20.0)),
                 "decision.hold_s must be at least a control period, and at most the time in which the robot drives 100 radii",
@@ -101,7 +108,9 @@ impl Task {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::Robot;
+    use crate::footprint::Footprint;
+    use crate::geometry::Pose;
+    use crate::task::{Lidar, Robot};
 
     #[test]
     fn robots_of_all_sizes_and_speeds_have_defaults_that_make_sense_at_5_to_50_hz() {
@@ -113,7 +122,8 @@ mod tests {
             (0.72, 0.5, 0.3),
             (0.05, 0.5, 2.0),
         ] {
-            let robot = Robot { radius_m, linear_max_mps, linear_acceleration_mps2, ..Robot::default() };
+            let footprint = Footprint::circle(radius_m);
+            let robot = Robot { footprint, linear_max_mps, linear_acceleration_mps2, ..Robot::default() };
             for control_period_s in [0.2, 0.1, 0.05, 0.02] {
                 let task = Task { control_period_s, ..Task::of(robot) };
                 assert_eq!(task.validate(), Ok(()), "{task:?}");
@@ -122,8 +132,26 @@ mod tests {
     }
 
     #[test]
+    fn a_lidar_sits_on_its_robot_and_a_footprint_is_a_robots() {
+        let footprint = Footprint::Rectangle { front_m: 0.4, rear_m: 0.4, half_width_m: 0.3 };
+        let of = Task::of(Robot { footprint, ..Robot::default() });
+        let problem = |x_m: f32, yaw_rad: f32| {
+            let mount = Pose::new(x_m, 0.2, yaw_rad);
+            Task { lidar: Lidar { mount, ..of.lidar }, ..of }.validate()
+        };
+        assert_eq!([problem(0.4, 0.5), problem(-0.4, PI)], [Ok(()); 2]);
+        assert!(problem(0.6, 0.0).is_err_and(|sentence| sentence.contains("lidar.mount must lie")));
+        assert!(problem(f32::NAN, 0.0).is_err_and(|sentence| sentence.contains("lidar.mount must lie")));
+        assert!(problem(0.0, 4.0).is_err_and(|sentence| sentence.contains("lidar.mount.yaw_rad")));
+        let flat = Footprint::Rectangle { front_m: 0.4, rear_m: 0.4, half_width_m: 0.03 };
+        let task = Task::of(Robot { footprint: flat, ..Robot::default() });
+        assert!(task.validate().is_err_and(|sentence| sentence.contains("robot.footprint must be")));
+    }
+
+    #[test]
     fn limits_are_the_robots_own() {
-        let small = Task::of(Robot { radius_m: 0.1, ..Robot::default() });
+        let robot = |radius_m| Robot { footprint: Footprint::circle(radius_m), ..Robot::default() };
+        let small = Task::of(robot(0.1));
         let mut task = small;
         task.decision.subgoal_distance_m = 2.0;
         assert!(
@@ -132,7 +160,7 @@ mod tests {
         );
         let fast = Task { control_period_s: 0.001, ..small };
         assert!(fast.validate().is_ok());
-        let slow = Task { control_period_s: 0.001, ..Task::of(Robot { radius_m: 0.8, ..Robot::default() }) };
+        let slow = Task { control_period_s: 0.001, ..Task::of(robot(0.8)) };
         assert!(slow.validate().is_err_and(|sentence| sentence.contains("500th")));
     }
 }

@@ -1,14 +1,15 @@
 //! The robot: its size, and what it can do.
 
+use crate::footprint::Footprint;
 use crate::twist::Twist;
 use serde::{Deserialize, Serialize};
 
-/// A differential-drive base with a round footprint.
+/// A differential-drive base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Robot {
-    /// Radius of the footprint, m.
-    pub radius_m: f32,
+    /// What of the floor it covers.
+    pub footprint: Footprint,
     /// Fastest forward speed, m/s.
     pub linear_max_mps: f32,
     /// Fastest speed backwards, as a negative number, m/s: at most as fast as forward, 0 for a robot that never reverses.
@@ -27,7 +28,7 @@ pub struct Robot {
 impl Default for Robot {
     fn default() -> Self {
         Self {
-            radius_m: 0.2,
+            footprint: Footprint::circle(0.2),
             linear_max_mps: 1.0,
             linear_min_mps: 0.0,
             angular_max_radps: 1.0,

@@ -13,8 +13,8 @@ impl RobotProfile {
     /// It in a line: its size, speed and lidar.
     pub fn line(&self) -> String {
         format!(
-            "radius {} m, {} m/s, {} rad/s; {} beams, {:.0} degrees, {} m; {} Hz",
-            self.robot.radius_m,
+            "{}, {} m/s, {} rad/s; {} beams, {:.0} degrees, {} m; {} Hz",
+            self.robot.footprint,
             self.robot.linear_max_mps,
             self.robot.angular_max_radps,
             self.lidar.beam_count,
@@ -30,7 +30,7 @@ impl RobotProfile {
         let (robot, scale, decision) = (&task.robot, task.scale(), &task.decision);
         let world = |family: Family| {
             let bounds = generate(family, Split::Validation, 0).bounds;
-            let size = (bounds.max - bounds.min) * family.world_length(robot.radius_m);
+            let size = (bounds.max - bounds.min) * family.world_length(&robot.footprint);
             format!("{family} {:.1} x {:.1} m", size.x, size.y)
         };
         let worlds = [Family::Clutter, Family::UTrap, Family::Rooms, Family::Maze, Family::Crowd].map(world);
@@ -43,7 +43,10 @@ impl RobotProfile {
                     scale.length, scale.time
                 ),
             ),
-            ("drives its own size in", format!("{:.2} s", 2.0 * robot.radius_m / robot.linear_max_mps)),
+            (
+                "drives its own size in",
+                format!("{:.2} s", 2.0 * robot.footprint.circumradius_m() / robot.linear_max_mps),
+            ),
             ("braking distance", format!("{:.2} m", robot.braking_m())),
             (
                 "stops within",

@@ -51,12 +51,12 @@ fn base(task: &Task) -> Vec<Option<String>> {
                 robot.linear_max_mps
             )
         }),
-        (arc_m > ARC_RADII * robot.radius_m).then(|| {
+        (arc_m > ARC_RADII * robot.footprint.circumradius_m()).then(|| {
             format!(
                 "turns {} rad/s, so that at full speed it drives arcs of {arc_m:.1} m, {:.0} of its radii: it will crawl \
                  through corners; lower robot.linear_max_mps if robot.angular_max_radps is right",
                 robot.angular_max_radps,
-                arc_m / robot.radius_m
+                arc_m / robot.footprint.circumradius_m()
             )
         }),
         (robot.latency_s <= 0.0).then(|| {
@@ -70,7 +70,7 @@ fn base(task: &Task) -> Vec<Option<String>> {
 /// The lidar, against what the base needs.
 fn sight(task: &Task) -> Vec<Option<String>> {
     let (robot, lidar) = (&task.robot, &task.lidar);
-    let needed_m = robot.radius_m + stopping_m(task);
+    let needed_m = robot.footprint.circumradius_m() + stopping_m(task);
     let gap_m = lidar.angle_increment_rad() * needed_m;
     let view_rad = lidar.field_of_view_rad.min(TAU);
     let degrees = view_rad.to_degrees();
@@ -89,11 +89,11 @@ fn sight(task: &Task) -> Vec<Option<String>> {
                  robot.linear_min_mps = 0, or add a lidar and merge the scans"
             )
         }),
-        (lidar.range_min_m > robot.radius_m).then(|| {
+        (lidar.range_min_m > robot.footprint.circumradius_m()).then(|| {
             format!(
                 "the lidar measures from {} m on, and the footprint ends at {} m: between them nothing is exact; mount it \
                  farther in, or lower lidar.range_min_m if the sensor is better than that",
-                lidar.range_min_m, robot.radius_m
+                lidar.range_min_m, robot.footprint.circumradius_m()
             )
         }),
         (gap_m > LEG_M).then(|| {
@@ -111,11 +111,11 @@ fn sight(task: &Task) -> Vec<Option<String>> {
                 enough_for(TAU / SECTOR_COUNT as f32)
             )
         }),
-        (lidar.range_max_m < SEEN_RADII * robot.radius_m).then(|| {
+        (lidar.range_max_m < SEEN_RADII * robot.footprint.circumradius_m()).then(|| {
             format!(
                 "the lidar sees {:.0} radii of the footprint: most dead ends are found by driving into them; raise \
                  lidar.range_max_m if the sensor sees farther",
-                lidar.range_max_m / robot.radius_m
+                lidar.range_max_m / robot.footprint.circumradius_m()
             )
         }),
     ]
@@ -128,13 +128,15 @@ fn rhythm(task: &Task) -> Vec<Option<String>> {
     let braking_s = robot.linear_max_mps / robot.linear_acceleration_mps2;
     let step_ticks = task.ticks(task.scale().step_s());
     let seen_s = (SENT_COMMANDS as u32 * step_ticks) as f32 * period_s;
-    let (is_far, is_long) =
-        (driven_m > 2.0 * robot.radius_m, period_s > braking_s && driven_m > TICK_RADII * robot.radius_m);
+    let (is_far, is_long) = (
+        driven_m > 2.0 * robot.footprint.circumradius_m(),
+        period_s > braking_s && driven_m > TICK_RADII * robot.footprint.circumradius_m(),
+    );
     vec![
         is_far.then(|| {
             format!(
                 "drives {driven_m:.2} m, more than its own size, between two ticks: lower control_period_s to {:.3}",
-                robot.radius_m / robot.linear_max_mps
+                robot.footprint.circumradius_m() / robot.linear_max_mps
             )
         }),
         (is_long && !is_far).then(|| {

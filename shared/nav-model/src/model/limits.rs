@@ -1,5 +1,6 @@
 //! What the robot's owner allows, whatever a model asks for.
 
+use nav_core::footprint::Footprint;
 use nav_core::task::Robot;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ const LINEAR_MIN: &str = "linear_min_mps";
 ///
 /// ```toml
 /// [robot]
-/// radius_m = 0.2                      # of the real footprint: a policy trained for a smaller one is refused
+/// footprint = { circle = { radius_m = 0.2 } }  # the real one: a policy trained for one that does not cover it is refused
 /// linear_max_mps = 0.5                # also backwards, if linear_min_mps says nothing
 /// linear_min_mps = 0.0                # backwards, as a negative number; 0 forbids it
 /// angular_max_radps = 1.0
@@ -31,7 +32,7 @@ pub struct OwnerLimits {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RobotLimits {
-    radius_m: Option<f32>,
+    footprint: Option<Footprint>,
     linear_max_mps: Option<f32>,
     linear_min_mps: Option<f32>,
     angular_max_radps: Option<f32>,
@@ -68,15 +69,15 @@ pub enum LimitsError {
     },
     /// The model was trained for a smaller robot.
     #[error(
-        "the model was trained for a robot of radius_m = {trained}, {} says {real}: it would drive into what it \
+        "the model was trained for a footprint of {trained}, {} says {real}: it would drive into what it \
          believes to pass",
         path.display()
     )]
     Larger {
-        /// Of the model, m.
-        trained: f32,
-        /// Of the owner, m.
-        real: f32,
+        /// Of the model.
+        trained: Footprint,
+        /// Of the owner.
+        real: Footprint,
         /// The file.
         path: PathBuf,
     },
@@ -96,7 +97,10 @@ impl OwnerLimits {
         let limits: Self = toml::from_str(&text).map_err(|error| unreadable(error.message().to_owned()))?;
         let given: Vec<_> =
             limits.robot.fields().into_iter().filter_map(|(name, value)| Some((name, value?))).collect();
-        if given.is_empty() {
+        if let Some(footprint) = limits.robot.footprint.filter(|footprint| !footprint.is_sound()) {
+            return Err(unreadable(format!("robot.footprint is {footprint}, which no robot has")));
+        }
+        if given.is_empty() && limits.robot.footprint.is_none() {
             return Err(unreadable("it limits nothing".to_owned()));
         }
         for (name, value) in given {
@@ -117,8 +121,8 @@ impl OwnerLimits {
     /// # Errors
     /// The first limit that it goes beyond.
     pub(super) fn check(&self, asked: &Robot) -> Result<(), LimitsError> {
-        if let Some(real) = self.robot.radius_m.filter(|real| asked.radius_m < *real) {
-            return Err(LimitsError::Larger { trained: asked.radius_m, real, path: self.path.clone() });
+        if let Some(real) = self.robot.footprint.filter(|real| !asked.footprint.contains(real)) {
+            return Err(LimitsError::Larger { trained: asked.footprint, real, path: self.path.clone() });
         }
         let of_model = [
             asked.linear_max_mps,
@@ -127,7 +131,7 @@ impl OwnerLimits {
             asked.linear_acceleration_mps2,
             asked.angular_acceleration_radps2,
         ];
-        for ((field, allowed), asked) in self.robot.fields().into_iter().skip(1).zip(of_model) {
+        for ((field, allowed), asked) in self.robot.fields().into_iter().zip(of_model) {
             let is_beyond =
                 |allowed: &f32| if field == LINEAR_MIN { asked < *allowed } else { asked > *allowed };
             if let Some(allowed) = allowed.filter(is_beyond) {
@@ -139,10 +143,9 @@ impl OwnerLimits {
 }
 
 impl RobotLimits {
-    /// Names and values, the radius first.
-    fn fields(&self) -> [(&'static str, Option<f32>); 6] {
+    /// Names and values of all that is a number.
+    fn fields(&self) -> [(&'static str, Option<f32>); 5] {
         [
-            ("radius_m", self.radius_m),
             ("linear_max_mps", self.linear_max_mps),
             (LINEAR_MIN, self.linear_min_mps),
             ("angular_max_radps", self.angular_max_radps),
@@ -167,13 +170,20 @@ mod tests {
     fn a_model_that_asks_for_more_is_refused_with_both_numbers() {
         let robot = Robot::default();
         let check = |text: &str| read(text).expect("fine limits").check(&robot);
-        assert!(check("[robot]\nlinear_max_mps = 1.0\nradius_m = 0.2").is_ok(), "exactly what is allowed");
+        assert!(
+            check("[robot]\nlinear_max_mps = 1.0\nfootprint.circle.radius_m = 0.2").is_ok(),
+            "exactly what is allowed"
+        );
         for (text, parts) in [
             ("[robot]\nlinear_max_mps = 0.5", ["linear_max_mps = 1", "allows 0.5"]),
             ("[robot]\nangular_max_radps = 0.5", ["angular_max_radps = 1", "allows 0.5"]),
             ("[robot]\nlinear_acceleration_mps2 = 1.5", ["linear_acceleration_mps2 = 2", "allows 1.5"]),
             ("[robot]\nangular_acceleration_radps2 = 1", ["angular_acceleration_radps2 = 4", "allows 1"]),
-            ("[robot]\nradius_m = 0.3", ["radius_m = 0.2", "says 0.3"]),
+            ("[robot]\nfootprint.circle.radius_m = 0.3", ["radius 0.2 m", "says radius 0.3 m"]),
+            (
+                "[robot]\nfootprint.rectangle = { front_m = 0.2, rear_m = 0.1, half_width_m = 0.1 }",
+                ["radius 0.2 m", "says 0.2 m ahead"],
+            ),
         ] {
             let error = check(text).expect_err(text).to_string();
             assert!(parts.iter().all(|part| error.contains(part)), "{parts:?} in {error}");
@@ -223,6 +233,7 @@ mod tests {
             ("[robot]\nlinear_max_mps = nan", "positive"),
             ("[robot]\nlinear_min_mps = 0.1", "0 or a negative number"),
             ("[robot]\nlinear_min_mps = nan", "0 or a negative number"),
+            ("[robot]\nfootprint.circle.radius_m = -1", "which no robot has"),
             ("[robot]\nspeed = 1", "unknown field"),
             ("robot", "cannot be read"),
         ] {

@@ -1,7 +1,7 @@
 //! How much people cost the robot, from everywhere: what tells the search to wait, to leave before somebody comes, or to
 //! go another way round.
 //!
-//! A point of the robot's size is followed backwards in time from the goal, over square cells and slices of time in
+//! A disc of the robot's width is followed backwards in time from the goal, over square cells and slices of time in
 //! which it crosses one in any direction. It is slower than the robot, because the robot must turn. That is a guide
 //! and no more: the search itself is exact.
 
@@ -63,7 +63,7 @@ impl Delay {
             busy: vec![0; columns * rows],
             around_s: Vec::new(),
         };
-        let radius_m = truth.robot_radius_m();
+        let radius_m = truth.footprint().half_width_m();
         let is_free: Vec<bool> = (0..columns * rows)
             .map(|cell| !truth.obstacles().collides(delay.center(cell), radius_m))
             .collect();

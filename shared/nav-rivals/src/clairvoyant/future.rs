@@ -2,6 +2,7 @@
 
 use nav_core::geometry::Point;
 use nav_core::twist::Twist;
+use nav_sim::body::Body;
 use nav_sim::people::RobotState;
 use nav_sim::simulation::Simulation;
 
@@ -29,31 +30,31 @@ impl Future {
     /// collision, too, as if they could walk through the robot.
     pub(super) fn of(truth: &Simulation, commands: &[Twist], steps: usize) -> Self {
         let (mut base, mut crowd) = (truth.base().clone(), truth.crowd().clone());
-        let (world, task, radius_m) = (truth.world(), truth.task(), truth.robot_radius_m());
+        let (world, task, footprint) = (truth.world(), truth.task(), truth.footprint());
         let people = crowd.people().len();
         let mut future = Self { people, steps, positions: Vec::new(), verdict: Verdict::Open };
         future.positions.reserve(steps * base.substeps() as usize * people);
         for step in 0..steps {
-            let robot =
-                RobotState { position: base.pose().position(), velocity: base.velocity_in_world(), radius_m };
+            let robot = RobotState {
+                position: base.pose().position(),
+                velocity: base.velocity_in_world(),
+                radius_m: footprint.circumradius_m(),
+            };
             crowd.decide(&world.people, robot, truth.obstacles(), task.control_period_s);
             base.command(commands.get(step).copied().unwrap_or(Twist::ZERO));
             for _ in 0..base.substeps() {
                 base.advance();
                 crowd.advance(base.substep_s());
                 future.positions.extend(crowd.people().iter().map(|person| person.position));
-                let position = base.pose().position();
-                let hits = |center: Point, person_m: f32| {
-                    (center - position).norm_squared() < (radius_m + person_m) * (radius_m + person_m)
-                };
+                let body = Body::new(footprint, base.pose());
                 if future.verdict != Verdict::Open || step >= commands.len() {
                     continue;
                 }
-                if crowd.people().iter().any(|person| hits(person.position, person.radius_m))
-                    || truth.obstacles().collides(position, radius_m)
+                if crowd.people().iter().any(|person| body.touches_disc(&person.disc(), 0.0))
+                    || truth.obstacles().touches(&body)
                 {
                     future.verdict = Verdict::Collided(step);
-                } else if (world.goal - position).norm() <= task.goal_radius_m {
+                } else if (world.goal - body.position()).norm() <= task.goal_radius_m {
                     future.verdict = Verdict::Reached;
                 }
             }

@@ -7,9 +7,11 @@
 use nav_core::geometry::Point;
 use nav_core::scale::Scale;
 use nav_core::twist::Twist;
+use nav_sim::body::Body;
 use nav_sim::dynamics::Base;
 use nav_sim::geodesic::GeodesicField;
 use nav_sim::simulation::Simulation;
+use nav_sim::world::Disc;
 use std::collections::{HashMap, HashSet};
 use std::f32::consts::{PI, TAU};
 
@@ -151,21 +153,20 @@ impl<'a> Search<'a> {
         let mut base = from.clone();
         let substeps = base.substeps() as usize;
         let world = self.truth.world();
-        let radius_m = self.truth.robot_radius_m();
+        let footprint = self.truth.footprint();
         for count in 0..held {
             base.command(command);
             for substep in 0..substeps {
                 base.advance();
-                let position = base.pose().position();
+                let body = Body::new(footprint, base.pose());
                 let people = self.future.after((step + count) * substeps + substep);
-                let hits = people.iter().zip(&world.people).any(|(center, person)| {
-                    let reach_m = radius_m + person.radius_m + self.effort.gap_m;
-                    (center - position).norm_squared() < reach_m * reach_m
+                let hits = people.iter().zip(&world.people).any(|(&center, person)| {
+                    body.touches_disc(&Disc { center, radius_m: person.radius_m }, self.effort.gap_m)
                 });
-                if hits || self.truth.obstacles().collides(position, radius_m) {
+                if hits || self.truth.obstacles().touches(&body) {
                     return Leads::Nowhere;
                 }
-                if (world.goal - position).norm() <= self.truth.task().goal_radius_m {
+                if (world.goal - body.position()).norm() <= self.truth.task().goal_radius_m {
                     return Leads::ToTheGoal(count + 1);
                 }
             }

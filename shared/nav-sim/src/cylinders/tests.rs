@@ -1,5 +1,8 @@
 use super::*;
 use crate::world_file::check;
+use nav_core::footprint::Footprint;
+
+const ROBOT: Footprint = Footprint::circle(0.2);
 
 const LIST: &str = "world,x_m,y_m,radius_m\n3,-1.0,2.0,0.25\n3,1.0,2.0,0.25\n10,0.0,2.0,0.5\n3,0.0,4.0,0.1\n";
 
@@ -23,7 +26,7 @@ fn rows_become_worlds_with_a_wall_round_them() {
     assert_eq!(worlds[0].discs[2], Disc { center: Point::new(0.0, 4.0), radius_m: 0.1 });
     assert_eq!(worlds[0].bounds, Bounds { min: Point::new(-2.25, -1.0), max: Point::new(2.25, 6.0) });
     assert_eq!((worlds[1].start, worlds[1].goal), (surroundings().start, surroundings().goal));
-    assert!(worlds.iter().all(|world| check(world, 0.2).is_ok()));
+    assert!(worlds.iter().all(|world| check(world, &ROBOT).is_ok()));
 }
 
 #[test]

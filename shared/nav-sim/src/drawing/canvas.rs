@@ -1,7 +1,8 @@
 //! From metres to pixels, and the shapes a picture is made of.
 
 use crate::world::Bounds;
-use nav_core::geometry::{Point, Vector};
+use nav_core::footprint::Footprint;
+use nav_core::geometry::{Point, Pose, Vector};
 use std::fmt::{self, Write};
 
 /// A finished part of a picture.
@@ -61,6 +62,16 @@ impl Canvas {
     /// A disc or ring; `radius_m` in metres.
     pub(super) fn circle(&mut self, center: Point, radius_m: f32, attributes: &str) {
         self.dot(center, radius_m * self.scale, attributes);
+    }
+
+    /// The outline of a robot at a pose.
+    pub(super) fn footprint(&mut self, at: Pose, footprint: &Footprint, attributes: &str) {
+        match footprint.corners() {
+            None => self.circle(at.position(), footprint.circumradius_m(), attributes),
+            Some(corners) => {
+                self.polygon(corners.into_iter().map(|corner| at.parent_from_local(corner)), attributes);
+            }
+        }
     }
 
     /// A disc or ring; `radius_px` in pixels.

@@ -137,14 +137,15 @@ fn draw_robot(canvas: &mut Canvas, trace: &EpisodeTrace, edge_px: f32) {
     };
     let pale = ramp(0.35);
     let ring = format!(r##"fill="#ffffff" fill-opacity="0.8" stroke="{pale}" stroke-width="{edge_px:.1}""##);
-    canvas.circle(start.position(), trace.robot_radius_m, &ring);
-    canvas.heading(start.position(), start.yaw_rad, 1.6 * trace.robot_radius_m, &tick(&pale));
+    canvas.footprint(start, &trace.footprint, &ring);
+    let tick_m = 1.6 * trace.footprint.reach_m(1.0, 0.0);
+    canvas.heading(start.position(), start.yaw_rad, tick_m, &tick(&pale));
     if let Some(last) = trace.steps.last().map(|step| step.pose) {
         let color = if trace.end == Some(EpisodeEnd::Collision) { CRASH.to_owned() } else { ramp(1.0) };
         let body =
             format!(r#"fill="{color}" fill-opacity="0.85" stroke="{color}" stroke-width="{edge_px:.1}""#);
-        canvas.circle(last.position(), trace.robot_radius_m, &body);
-        canvas.heading(last.position(), last.yaw_rad, 1.6 * trace.robot_radius_m, &tick(&color));
+        canvas.footprint(last, &trace.footprint, &body);
+        canvas.heading(last.position(), last.yaw_rad, tick_m, &tick(&color));
     }
 }
 

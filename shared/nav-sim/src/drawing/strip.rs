@@ -128,8 +128,9 @@ fn draw_moment(canvas: &mut Canvas, trace: &EpisodeTrace, at: usize, step: &Trac
     let is_crash = at + 1 == trace.steps.len();
     let color = if is_crash { CRASH.to_owned() } else { episode::ramp(1.0) };
     let body = format!(r#"fill="{color}" fill-opacity="0.75" stroke="{color}" stroke-width="1.2""#);
-    canvas.circle(step.pose.position(), trace.robot_radius_m, &body);
-    canvas.heading(step.pose.position(), step.pose.yaw_rad, trace.robot_radius_m, &stroke("#ffffff", 1.6));
+    canvas.footprint(step.pose, &trace.footprint, &body);
+    let tick_m = trace.footprint.reach_m(1.0, 0.0);
+    canvas.heading(step.pose.position(), step.pose.yaw_rad, tick_m, &stroke("#ffffff", 1.6));
     if let Some(seen) = &step.seen {
         moment::draw_commands(canvas, step.pose, seen);
     }

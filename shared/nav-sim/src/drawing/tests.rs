@@ -27,7 +27,7 @@ fn trace() -> EpisodeTrace {
         .collect();
     EpisodeTrace {
         world: Arc::new(world),
-        robot_radius_m: 0.2,
+        footprint: Footprint::circle(0.2),
         goal_radius_m: 0.3,
         title: "a <test> & more".into(),
         period_s: 0.1,

@@ -5,6 +5,7 @@ use super::scene::{GOAL_CLEARANCE_M, Scene, set_ends};
 use super::{DESIGN_RADIUS_M, Family, PATH_MAX_M, Split};
 use crate::geodesic::GeodesicField;
 use crate::world::World;
+use nav_core::footprint::Footprint;
 use nav_core::geometry::Point;
 use nav_core::scale::REFERENCE_RADIUS_M;
 
@@ -13,7 +14,7 @@ const STARTS: usize = 30;
 
 /// The world of a family, split and seed for the reference robot. The same arguments always give the same world.
 pub fn generate(family: Family, split: Split, seed: u64) -> World {
-    generate_with_field(family, split, seed, REFERENCE_RADIUS_M).0
+    generate_with_field(family, split, seed, &Footprint::circle(REFERENCE_RADIUS_M)).0
 }
 
 /// The seed of the simulation in the world of a family, split and seed: what the robot's disturbances and its people
@@ -23,19 +24,20 @@ pub fn simulation_seed(family: Family, split: Split, seed: u64) -> u64 {
     Dice::new([family as u64, split as u64, seed, u64::MAX]).seed()
 }
 
-/// Like [`generate`] in the size of a robot of a radius, m, with the distances to the goal for that robot.
+/// Like [`generate`] in the size of a robot: every gap is the same multiple of the circle that it turns in as it is for the
+/// reference robot. With the distances to the goal for that robot.
 pub fn generate_with_field(
     family: Family,
     split: Split,
     seed: u64,
-    robot_radius_m: f32,
+    footprint: &Footprint,
 ) -> (World, GeodesicField) {
     let (mut world, field) = generate_reference(family, split, seed);
-    if robot_radius_m.to_bits() == REFERENCE_RADIUS_M.to_bits() {
+    if *footprint == Footprint::circle(REFERENCE_RADIUS_M) {
         return (world, field);
     }
-    world.grow(family.world_length(robot_radius_m));
-    let field = GeodesicField::new(&world, robot_radius_m);
+    world.grow(family.world_length(footprint));
+    let field = GeodesicField::new(&world, footprint);
     (world, field)
 }
 

@@ -5,6 +5,8 @@ use crate::world::{Beside, Person, WalkModel, Whom};
 use nav_core::geometry::Point;
 use std::sync::LazyLock;
 
+const ROBOT: Footprint = Footprint::circle(0.2);
+
 const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
 const SEEDS: u64 = 60;
 
@@ -29,7 +31,7 @@ fn every_world_has_a_path_and_room_at_both_ends() {
         let (start, goal) = (world.start.position(), world.goal);
         assert!(scene.clearance_m(start) >= 0.35, "start of {}", world.name);
         assert!(scene.clearance_m(goal) >= 0.35, "goal of {}", world.name);
-        let path_m = GeodesicField::new(world, 0.2).distance_m(start).expect("every world has a path");
+        let path_m = GeodesicField::new(world, &ROBOT).distance_m(start).expect("every world has a path");
         assert!(path_m >= (goal - start).norm() && path_m <= PATH_MAX_M, "{path_m} m in {}", world.name);
     }
 }
@@ -39,7 +41,7 @@ fn paths_keep_their_margin() {
     for (_, _, world) in every_world().step_by(7) {
         let scene = Scene::of(world);
         let path =
-            GeodesicField::new(world, 0.2).path(world.start.position()).expect("every world has a path");
+            GeodesicField::new(world, &ROBOT).path(world.start.position()).expect("every world has a path");
         assert_eq!(path.last(), Some(&world.goal));
         for pair in path.windows(2) {
             // Cells are judged at their centre: half a diagonal is lost between centres.
@@ -149,7 +151,7 @@ fn corridors_and_doorways_have_people_as_they_are_measured() {
         ];
         assert!(kinds.iter().all(|&kind| kind > 15), "{family}: {kinds:?}");
         for world in &worlds {
-            crate::world_file::check(world, 0.2)
+            crate::world_file::check(world, &ROBOT)
                 .unwrap_or_else(|problem| panic!("{}: {problem}", world.name));
         }
     }
@@ -228,7 +230,8 @@ fn a_world_is_as_large_as_its_robot_and_its_people_are_as_they_are() {
     for (family, seed) in [(Family::Rooms, 3), (Family::Crowd, 4), (Family::Doorway, 5)] {
         let reference = generate(family, Split::Validation, seed);
         for (radius_m, factor) in [(0.4, 2.0), (0.1, if family.has_people() { 1.0 } else { 0.5 })] {
-            let (world, field) = generate_with_field(family, Split::Validation, seed, radius_m);
+            let footprint = Footprint::circle(radius_m);
+            let (world, field) = generate_with_field(family, Split::Validation, seed, &footprint);
             let mut expected = reference.clone();
             expected.grow(factor);
             assert_eq!(world, expected, "{family} for {radius_m} m");
@@ -242,14 +245,18 @@ fn a_world_is_as_large_as_its_robot_and_its_people_are_as_they_are() {
                 world.people.iter().map(|who| (who.radius_m, who.speed_mps)).collect::<Vec<_>>()
             };
             assert_eq!(sizes(&world), sizes(&reference));
-            assert_eq!(crate::world_file::check(&world, radius_m), Ok(()), "{family} for {radius_m} m");
+            assert_eq!(crate::world_file::check(&world, &footprint), Ok(()), "{family} for {radius_m} m");
         }
     }
 }
 
 #[test]
 fn episodes_last_by_distance_over_speed() {
-    let robot = |radius_m, linear_max_mps| Robot { radius_m, linear_max_mps, ..Robot::default() };
+    let robot = |radius_m, linear_max_mps| Robot {
+        footprint: Footprint::circle(radius_m),
+        linear_max_mps,
+        ..Robot::default()
+    };
     assert_eq!(Family::Rooms.episode_s(&robot(0.2, 1.0)).to_bits(), 50.0_f32.to_bits());
     assert_eq!(Family::Maze.episode_s(&robot(0.4, 0.5)).to_bits(), 320.0_f32.to_bits());
     // Where people walk, a small robot's world is as large as the reference robot's.

@@ -3,6 +3,8 @@ use crate::geodesic::GeodesicField;
 use image::{GrayImage, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 use std::f32::consts::FRAC_PI_2;
 
+const ROBOT: Footprint = Footprint::circle(0.2);
+
 const FREE: u8 = 254;
 const UNKNOWN: u8 = 205;
 const OCCUPIED: u8 = 0;
@@ -68,7 +70,7 @@ fn a_map_becomes_a_world_with_few_walls() {
     assert_eq!(world.segments.len(), 8, "{:?}", world.segments);
     let (low, high) = (Point::new(-1.0, -2.0), Point::new(3.0, 1.0));
     assert!((world.bounds.min - low).norm() < 1e-5 && (world.bounds.max - high).norm() < 1e-5);
-    let path_m = GeodesicField::new(&world, 0.2).distance_m(start().position()).expect("checked");
+    let path_m = GeodesicField::new(&world, &ROBOT).distance_m(start().position()).expect("checked");
     assert!(path_m > 3.5 && path_m < 5.0, "{path_m} m over the wall");
 }
 

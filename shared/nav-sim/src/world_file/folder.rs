@@ -2,6 +2,7 @@
 
 use super::{WorldFileError, load};
 use crate::world::World;
+use nav_core::footprint::Footprint;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// A folder that cannot be read or holds no world, and the first world that cannot be used: see [`load`].
-pub fn read_folder(folder: &Path, robot_radius_m: f32) -> Result<Vec<(PathBuf, World)>, WorldFileError> {
+pub fn read_folder(folder: &Path, footprint: &Footprint) -> Result<Vec<(PathBuf, World)>, WorldFileError> {
     let read = |source| WorldFileError::Read { path: folder.to_owned(), source };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(read)? {
@@ -23,7 +24,7 @@ pub fn read_folder(folder: &Path, robot_radius_m: f32) -> Result<Vec<(PathBuf, W
         return Err(WorldFileError::Empty { path: folder.to_owned() });
     }
     files.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()).then_with(|| a.cmp(b)));
-    files.into_iter().map(|path| load(&path, robot_radius_m).map(|world| (path, world))).collect()
+    files.into_iter().map(|path| load(&path, footprint).map(|world| (path, world))).collect()
 }
 
 /// Compares texts with each run of digits as one number.
@@ -64,6 +65,8 @@ mod tests {
     use crate::families::{Family, Split, generate};
     use crate::world_file::save;
 
+    const ROBOT: Footprint = Footprint::circle(0.2);
+
     #[test]
     fn worlds_come_in_natural_order_and_nothing_else_is_read() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -73,7 +76,7 @@ mod tests {
         }
         std::fs::write(folder.path().join("README.md"), "ten worlds").expect("a file");
         std::fs::create_dir(folder.path().join("old.toml")).expect("a folder");
-        let worlds = read_folder(folder.path(), 0.2).expect("all are valid");
+        let worlds = read_folder(folder.path(), &ROBOT).expect("all are valid");
         let names: Vec<_> = worlds.iter().filter_map(|(path, _)| path.file_stem()?.to_str()).collect();
         assert_eq!(names, ["World_11", "a", "world_02", "world_2b", "world_9", "world_10"]);
         assert!(worlds.iter().all(|(_, read)| *read == world));
@@ -82,12 +85,12 @@ mod tests {
     #[test]
     fn an_empty_folder_and_a_broken_world_are_named() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let error = read_folder(folder.path(), 0.2).expect_err("nothing is there").to_string();
+        let error = read_folder(folder.path(), &ROBOT).expect_err("nothing is there").to_string();
         assert!(error.contains("no world") && error.contains("*.toml"), "{error}");
         std::fs::write(folder.path().join("broken.toml"), "name = 3").expect("a file");
-        let error = read_folder(folder.path(), 0.2).expect_err("not a world").to_string();
+        let error = read_folder(folder.path(), &ROBOT).expect_err("not a world").to_string();
         assert!(error.contains("broken.toml"), "{error}");
-        assert!(matches!(read_folder(&folder.path().join("none"), 0.2), Err(WorldFileError::Read { .. })));
+        assert!(matches!(read_folder(&folder.path().join("none"), &ROBOT), Err(WorldFileError::Read { .. })));
     }
 
     #[test]

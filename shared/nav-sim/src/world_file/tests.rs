@@ -3,15 +3,17 @@ use crate::families::{Family, Split, generate};
 use crate::world::{Beside, Stop, WalkModel, Whom};
 use crate::world::{Disc, Polygon, Segment};
 
+const ROBOT: Footprint = Footprint::circle(0.2);
+
 fn office_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("worlds/office.toml")
 }
 
 #[test]
 fn the_office_can_be_used() {
-    let office = load(&office_path(), 0.2).expect("the example is valid");
+    let office = load(&office_path(), &ROBOT).expect("the example is valid");
     assert!(office.people.len() >= 4 && !office.polygons.is_empty() && !office.discs.is_empty());
-    let path_m = GeodesicField::new(&office, 0.2).distance_m(office.start.position()).expect("checked");
+    let path_m = GeodesicField::new(&office, &ROBOT).distance_m(office.start.position()).expect("checked");
     assert!(path_m > 1.1 * (office.goal - office.start.position()).norm(), "{path_m} m");
 }
 
@@ -22,7 +24,7 @@ fn every_family_survives_the_way_to_disk_and_back() {
         let world = generate(family, Split::Test, 7);
         let path = folder.path().join(format!("{family}.toml"));
         save(&path, &world).expect("the world can be written");
-        assert_eq!(load(&path, 0.2).expect("the world is valid"), world);
+        assert_eq!(load(&path, &ROBOT).expect("the world is valid"), world);
     }
 }
 
@@ -32,19 +34,19 @@ fn unknown_fields_are_refused_by_name() {
     let path = folder.path().join("world.toml");
     let text = std::fs::read_to_string(office_path()).expect("the example");
     std::fs::write(&path, format!("obstacle_count = 3\n{text}")).expect("a file");
-    let error = load(&path, 0.2).expect_err("there is no such field").to_string();
+    let error = load(&path, &ROBOT).expect_err("there is no such field").to_string();
     assert!(error.contains("obstacle_count") && error.contains("world.toml"), "{error}");
-    let error = load(&folder.path().join("none.toml"), 0.2).expect_err("there is no such file");
+    let error = load(&folder.path().join("none.toml"), &ROBOT).expect_err("there is no such file");
     assert!(matches!(error, WorldFileError::Read { .. }), "{error}");
 }
 
 #[test]
 fn each_problem_is_named() {
-    let office = load(&office_path(), 0.2).expect("the example is valid");
+    let office = load(&office_path(), &ROBOT).expect("the example is valid");
     let problem = |change: &dyn Fn(&mut World)| {
         let mut world = office.clone();
         change(&mut world);
-        check(&world, 0.2).expect_err("the world is broken")
+        check(&world, &ROBOT).expect_err("the world is broken")
     };
     let center = Point::new(9.0, 6.0);
     let disc = |radius_m| Disc { center, radius_m };
@@ -93,7 +95,7 @@ fn a_world_too_large_for_narrow_ways_does_not_say_that_there_is_none() {
         wall(10.0, 0.0, 10.0, 4.72),
         wall(10.0, 5.28, 10.0, 10.0),
     ];
-    let problem = check(&world, 0.2).expect_err("the door is narrower than what is seen");
+    let problem = check(&world, &ROBOT).expect_err("the door is narrower than what is seen");
     assert!(matches!(problem, WorldProblem::NoWideWay { width_m } if width_m > 0.56), "{problem}");
     assert!(problem.to_string().contains("narrower ones are not seen"), "{problem}");
 }
@@ -135,14 +137,14 @@ beside = { whom = "robot", left_m = -0.75 }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("company.toml");
     std::fs::write(&path, text).expect("a file");
-    let world = load(&path, 0.2).expect("a world");
+    let world = load(&path, &ROBOT).expect("a world");
     save(&path, &world).expect("written");
-    assert_eq!(load(&path, 0.2).expect("read again"), world);
+    assert_eq!(load(&path, &ROBOT).expect("read again"), world);
 
     let problem = |change: &dyn Fn(&mut World)| {
         let mut changed = world.clone();
         change(&mut changed);
-        check(&changed, 0.2).expect_err("nonsense").to_string()
+        check(&changed, &ROBOT).expect_err("nonsense").to_string()
     };
     let beside = |whom, left_m| Some(Beside { whom, left_m });
     for (person, words, changed) in [
