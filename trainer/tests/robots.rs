@@ -84,5 +84,5 @@ fn a_model_for_a_robot_knows_it_by_name_and_drives_no_other() {
     let (status, text) = evaluate(&["--robot", "agv"], "astar", "b");
     assert_eq!(status, 0, "{text}");
     let plan = std::fs::read_to_string(here.join("b/plan.json")).expect("kept");
-    assert!(plan.contains("\"radius_m\": 0.721"), "rivals drive that robot: {plan}");
+    assert!(plan.contains("\"front_m\": 0.6,"), "rivals drive that robot: {plan}");
 }

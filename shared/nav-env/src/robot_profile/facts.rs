@@ -101,7 +101,7 @@ mod tests {
         for part in [
             "3.61 of",
             "7.21 of",
-            "an episode lasts 360 s (1803 ticks)",
+            "an episode lasts 361 s (1803 ticks)",
             "clutter 50.5 x 50.5 m",
             "doors 3.61 m",
         ] {

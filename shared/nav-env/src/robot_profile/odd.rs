@@ -70,7 +70,10 @@ fn base(task: &Task) -> Vec<Option<String>> {
 /// The lidar, against what the base needs.
 fn sight(task: &Task) -> Vec<Option<String>> {
     let (robot, lidar) = (&task.robot, &task.lidar);
-    let needed_m = robot.footprint.circumradius_m() + stopping_m(task);
+    // From the lidar: what of the robot lies ahead of it, and the way to a stand.
+    let needed_m = robot.footprint.reach_m(1.0, 0.0) - lidar.mount.x_m + stopping_m(task);
+    // To the nearest of the outline.
+    let edge_m = -robot.footprint.distance_m(lidar.mount.position());
     let gap_m = lidar.angle_increment_rad() * needed_m;
     let view_rad = lidar.field_of_view_rad.min(TAU);
     let degrees = view_rad.to_degrees();
@@ -78,9 +81,16 @@ fn sight(task: &Task) -> Vec<Option<String>> {
     vec![
         (needed_m > lidar.range_max_m).then(|| {
             format!(
-                "needs {needed_m:.1} m from its centre to stop, and the lidar sees {} m: it cannot use its speed; lower \
+                "needs {needed_m:.1} m from its lidar to stop, and the lidar sees {} m: it cannot use its speed; lower \
                  robot.linear_max_mps, or raise lidar.range_max_m if the sensor sees farther",
                 lidar.range_max_m
+            )
+        }),
+        (lidar.mount.yaw_rad.abs() > 0.5 * view_rad).then(|| {
+            format!(
+                "the lidar ({degrees:.0} degrees, turned by {:.0}) does not see what lies straight ahead: the robot would \
+                 drive blind; lidar.mount.yaw_rad is where the lidar's own x axis looks on the robot",
+                lidar.mount.yaw_rad.to_degrees()
             )
         }),
         (robot.reverses() && !lidar.is_full_circle()).then(|| {
@@ -89,11 +99,11 @@ fn sight(task: &Task) -> Vec<Option<String>> {
                  robot.linear_min_mps = 0, or add a lidar and merge the scans"
             )
         }),
-        (lidar.range_min_m > robot.footprint.circumradius_m()).then(|| {
+        (lidar.range_min_m > edge_m).then(|| {
             format!(
-                "the lidar measures from {} m on, and the footprint ends at {} m: between them nothing is exact; mount it \
-                 farther in, or lower lidar.range_min_m if the sensor is better than that",
-                lidar.range_min_m, robot.footprint.circumradius_m()
+                "the lidar measures from {} m on, and the footprint ends {edge_m:.2} m from it: between them nothing is exact; \
+                 mount it farther in, or lower lidar.range_min_m if the sensor is better than that",
+                lidar.range_min_m
             )
         }),
         (gap_m > LEG_M).then(|| {
@@ -183,13 +193,13 @@ mod tests {
     #[test]
     fn each_oddity_is_told_alone_and_with_what_to_do() {
         type Change = fn(&mut RobotProfile);
-        let cases: [(Change, &str, &str); 12] = [
+        let cases: [(Change, &str, &str); 14] = [
             (|odd| odd.robot.linear_max_mps = 1.55, "faster than people walk", "lower robot.linear_max_mps"),
             (|odd| odd.robot.angular_max_radps = 0.5, "arcs of 2.0 m", "lower robot.linear_max_mps"),
             (|odd| odd.robot.latency_s = 0.0, "no base obeys at once", "measure"),
             (
                 |odd| odd.robot.linear_acceleration_mps2 = 0.1,
-                "needs 5.5 m from its centre to stop, and the lidar sees 5 m",
+                "needs 5.5 m from its lidar to stop, and the lidar sees 5 m",
                 "raise lidar.range_max_m",
             ),
             (
@@ -197,6 +207,12 @@ mod tests {
                 "the lidar (269 degrees) does not see",
                 "robot.linear_min_mps = 0",
             ),
+            (
+                |odd| (odd.lidar.mount.yaw_rad, odd.lidar.field_of_view_rad) = (3.0, 4.7),
+                "turned by 172) does not see what lies straight ahead",
+                "lidar.mount.yaw_rad",
+            ),
+            (|odd| odd.lidar.mount.x_m = -0.17, "the footprint ends 0.03 m from it", "mount it farther in"),
             (|odd| odd.lidar.range_min_m = 0.3, "measures from 0.3 m on", "lower lidar.range_min_m"),
             (
                 |odd| odd.lidar.beam_count = 40,
@@ -241,7 +257,8 @@ mod tests {
             })
             .collect();
         let known = [
-            "turtlebot3_burger the lidar measures from 0.12 m on",
+            "turtlebot3_burger the lidar measures from 0.12 m on, and the footprint ends 0.07 m from it",
+            "turtlebot4 the lidar measures from 0.15 m on, and the footprint ends 0.13 m from it",
             "jackal drives 2 m/s, faster than people walk",
         ];
         assert_eq!(odd.len(), known.len(), "{odd:#?}");
