@@ -137,7 +137,7 @@ fn drive(seed: u64, task: &Task, with_shield: bool) -> (bool, f32, f32) {
     (false, way_m, nearest_m)
 }
 
-fn robots() -> [Task; 9] {
+fn robots() -> [Task; 10] {
     let robot = |robot: Robot| Task { robot, episode_s: 1_000.0, ..Task::default() };
     let mounted = |of: Robot, mount: Pose| {
         let task = robot(of);
@@ -163,6 +163,8 @@ fn robots() -> [Task; 9] {
             Pose::new(-0.3, 0.15, 2.0),
         ),
         mounted(own, Pose::new(0.15, -0.1, -0.8)),
+        // It takes seconds to stop turning, long after it stands.
+        robot(Robot { footprint: rectangle(0.6, 0.1, 0.15), angular_acceleration_radps2: 0.5, ..own }),
     ]
 }
 
