@@ -196,8 +196,9 @@ pub struct GateConfig {
     pub choosing_worlds: u32,
     /// Share of the worlds of a family without people that may end in a collision, for each family.
     pub static_collision: f32,
-    /// Share of the worlds of a family with people that may end in a collision, for each family.
-    pub people_collision: f32,
+    /// By how much the share of the worlds of a family with people that end in a collision may exceed that of the reactive rival
+    /// behind the same safety gate, for each family.
+    pub people_collision_beyond_reactive: f32,
     /// Share of `clutter` worlds that must be solved.
     pub clutter_success: f32,
     /// Share of `u_trap` worlds that the hybrid must solve.

@@ -30,7 +30,7 @@ clutter_success = 0.0
 u_trap_success = 0.0
 choosing_worlds = 2
 static_collision = 1.0
-people_collision = 1.0
+people_collision_beyond_reactive = 1.0
 ";
 
 fn robots(folder: &Path, seeds: &str, config: &str) -> String {

@@ -109,7 +109,7 @@ pub const BOUNDS: &[Bound] = &[
     bound("gate.worlds", "worlds a family", 1.0, WORLDS_MAX),
     bound("gate.choosing_worlds", "worlds a family", 1.0, WORLDS_MAX),
     bound("gate.static_collision", "", 0.0, 1.0),
-    bound("gate.people_collision", "", 0.0, 1.0),
+    bound("gate.people_collision_beyond_reactive", "", 0.0, 1.0),
     bound("gate.clutter_success", "", 0.0, 1.0),
     bound("gate.u_trap_success", "", 0.0, 1.0),
 ];

@@ -163,7 +163,7 @@ impl Default for GateConfig {
             worlds: 120,
             choosing_worlds: 60,
             static_collision: 0.15,
-            people_collision: 0.6,
+            people_collision_beyond_reactive: 0.05,
             clutter_success: 0.9,
             u_trap_success: 0.8,
         }

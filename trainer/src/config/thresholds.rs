@@ -96,14 +96,14 @@ mod tests {
         let mut own = Config { seed: 7, ..Config::default() };
         own.low.envs = 3;
         let judged = |text: &str| own.judged_by_text(text);
-        let looser =
-            judged("[gate]\nlow_reach = 0.8\npeople_collision = 0.7\nworlds = 30").expect("the gate alone");
+        let looser = judged("[gate]\nlow_reach = 0.8\npeople_collision_beyond_reactive = 0.7\nworlds = 30")
+            .expect("the gate alone");
         assert_eq!(looser, Config { gate: looser.gate.clone(), ..own.clone() });
         assert_eq!(
             looser.gate.changes_from(&own.gate),
             [
                 "low_reach 0.8 instead of 0.9, looser",
-                "people_collision 0.7 instead of 0.6, looser",
+                "people_collision_beyond_reactive 0.7 instead of 0.05, looser",
                 "worlds 30 instead of 120"
             ]
         );

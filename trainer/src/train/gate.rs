@@ -5,8 +5,10 @@ use nav_core::controller::Controller;
 use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_COUNT, Task};
 use nav_env::batch::{BatchOptions, drive_all};
+use nav_env::robot::Driven;
 use nav_env::worlds::{Place, generate_places};
 use nav_host::terminal::note;
+use nav_rivals::reactive::Reactive;
 use nav_sim::families::{Family, Split};
 use serde::{Deserialize, Serialize};
 
@@ -108,10 +110,23 @@ pub fn score_families(
     controller()?;
     let make = || controller().expect("it was built a moment ago");
     let options = BatchOptions { task, disturbance: &config.disturbance, threads: 2 };
-    let driven = drive_all(make, places, &options);
+    Ok(scores(places, &drive_all(make, places, &options)))
+}
+
+/// The reactive rival behind the same safety gate, in the places with people: what a robot of this size and speed meets there
+/// that needs no training.
+fn score_reactive(config: &Config, task: &Task, places: &[Place]) -> Vec<FamilyScore> {
+    let has_people = |place: &&Place| place.scene.family().is_some_and(Family::has_people);
+    let places: Vec<Place> = places.iter().filter(has_people).cloned().collect();
+    let options = BatchOptions { task, disturbance: &config.disturbance, threads: 2 };
+    scores(&places, &drive_all(|| Reactive::new(task), &places, &options))
+}
+
+/// By family, in the order in which they come.
+fn scores(places: &[Place], driven: &[Driven]) -> Vec<FamilyScore> {
     let mut scores: Vec<FamilyScore> = Vec::new();
     let mut steps: Vec<f32> = Vec::new();
-    for (place, driven) in places.iter().zip(&driven) {
+    for (place, driven) in places.iter().zip(driven) {
         let Some(family) = place.scene.family() else { continue };
         let at = scores.iter().position(|score| score.family == family).unwrap_or_else(|| {
             scores.push(FamilyScore { family, worlds: 0, reached: 0, collided: 0, spin: 0.0 });
@@ -128,7 +143,7 @@ pub fn score_families(
     for (score, steps) in scores.iter_mut().zip(steps) {
         score.spin /= steps.max(1.0);
     }
-    Ok(scores)
+    scores
 }
 
 /// Judges networks, whose low level alone was scored already, by the thresholds of a configuration.
@@ -143,8 +158,9 @@ pub fn judge(config: &Config, task: &Task, networks: &Networks<'_>, low: LowRepo
         Some(_) => score_families(config, task, networks, &places)?,
         None => flat.clone(),
     };
-    let missed = missed(config, &low.all, &families, networks.scorer.is_some());
-    Ok(GateReport { low, families, flat, thresholds: config.gate.clone(), missed })
+    let reactive = score_reactive(config, task, &places);
+    let missed = missed(config, &low.all, (&families, &reactive), networks.scorer.is_some());
+    Ok(GateReport { low, families, flat, reactive, thresholds: config.gate.clone(), missed })
 }
 
 /// One number to choose by: mean success, less a quarter of mean collision.

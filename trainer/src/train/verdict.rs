@@ -31,6 +31,8 @@ pub struct GateReport {
     pub families: Vec<FamilyScore>,
     /// The low level driven straight at the goal, by family: the flat rival.
     pub flat: Vec<FamilyScore>,
+    /// The reactive rival behind the same safety gate, in the families with people.
+    pub reactive: Vec<FamilyScore>,
     /// What it was judged by.
     pub thresholds: GateConfig,
     /// Every threshold that was missed; empty when the gate is passed.
@@ -63,7 +65,9 @@ impl GateReport {
             ("gate/low_reach".to_owned(), f64::from(self.low.all.reach)),
             ("gate/low_collision".to_owned(), f64::from(self.low.all.collision)),
         ];
-        for (prefix, scores) in [("gate/", &self.families), ("gate/flat_", &self.flat)] {
+        for (prefix, scores) in
+            [("gate/", &self.families), ("gate/flat_", &self.flat), ("gate/reactive_", &self.reactive)]
+        {
             for score in scores {
                 let figures =
                     [("success", score.success()), ("collision", score.collision()), ("spin", score.spin)];
@@ -77,8 +81,16 @@ impl GateReport {
     }
 }
 
-/// Which thresholds are missed.
-pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybrid: bool) -> Vec<Miss> {
+/// Which thresholds are missed, by what the policy and the reactive rival did in each family.
+///
+/// How often people are met depends on the robot: one that is slower than they are is walked into whatever it does. So the
+/// reactive rule, which needs no training, is the measure among people.
+pub fn missed(
+    config: &Config,
+    low: &LowScore,
+    (families, reactive): (&[FamilyScore], &[FamilyScore]),
+    is_hybrid: bool,
+) -> Vec<Miss> {
     let gate = &config.gate;
     let mut missed = Vec::new();
     let mut at_least = |what: &str, value: f32, least: f32, is_of_low: bool| {
@@ -104,18 +116,30 @@ pub fn missed(config: &Config, low: &LowScore, families: &[FamilyScore], is_hybr
         .map(|score| score.spin)
         .collect();
     let spin = judged.iter().sum::<f32>() / judged.len().max(1) as f32;
-    let mut limits = vec![("spin on validation worlds".to_owned(), spin, gate.spin, false)];
+    let mut limits = vec![("spin on validation worlds".to_owned(), spin, gate.spin, "", false)];
     if is_hybrid {
-        limits.push(("the low level's collision rate".to_owned(), low.collision, gate.low_collision, true));
+        limits.push((
+            "the low level's collision rate".to_owned(),
+            low.collision,
+            gate.low_collision,
+            "",
+            true,
+        ));
     }
     for score in families {
-        let most = if score.family.has_people() { gate.people_collision } else { gate.static_collision };
-        limits.push((format!("the collision rate in {}", score.family), score.collision(), most, false));
+        let rival = reactive.iter().find(|rival| rival.family == score.family);
+        let (most, why) = if score.family.has_people() {
+            let rivals = rival.map_or(f32::NAN, FamilyScore::collision);
+            (rivals + gate.people_collision_beyond_reactive, ", by what the reactive rival does there")
+        } else {
+            (gate.static_collision, "")
+        };
+        limits.push((format!("the collision rate in {}", score.family), score.collision(), most, why, false));
     }
-    for (what, value, most, is_of_low) in limits {
-        if value.is_nan() || value > most {
+    for (what, value, most, why, is_of_low) in limits {
+        if value.is_nan() || most.is_nan() || value > most {
             let (is, allowed) = (100.0 * value, 100.0 * most);
-            let sentence = format!("{what} is {is:.1} %, at most {allowed:.1} % is allowed");
+            let sentence = format!("{what} is {is:.1} %, at most {allowed:.1} % is allowed{why}");
             missed.push(Miss { sentence, by: value - most, is_of_low });
         }
     }
@@ -131,16 +155,29 @@ mod tests {
     }
 
     #[test]
-    fn a_policy_that_hits_people_in_two_worlds_of_three_is_refused_by_the_family() {
+    fn a_policy_that_hits_people_more_often_than_a_reactive_rule_is_refused_by_the_family() {
         let config = Config::default();
         let low = LowScore { attempts: 1, reach: 1.0, collision: 0.0 };
         let good = [Family::Clutter, Family::UTrap, Family::Crowd].map(|family| scored(family, 0.0));
-        assert_eq!(missed(&config, &low, &good, true), Vec::new());
+        // A slow robot, which is walked into whatever drives it.
+        let slow = [FamilyScore { collided: 71, ..scored(Family::Crowd, 0.0) }];
+        let fast = [scored(Family::Crowd, 0.0)];
+        let judged = |families: &[FamilyScore], rival: &[FamilyScore]| {
+            missed(&config, &low, (families, rival), true).len()
+        };
+        let hit = |collided| {
+            let mut families = good.clone();
+            families[2].collided = collided;
+            families
+        };
+        assert_eq!([judged(&hit(63), &slow), judged(&hit(76), &slow), judged(&hit(77), &slow)], [0, 0, 1]);
+        assert_eq!([judged(&hit(5), &fast), judged(&hit(6), &fast)], [0, 1]);
+        assert_eq!(judged(&hit(0), &[]), 1, "nobody measured what is possible");
         for (at, collided) in [(2, 67), (0, 20)] {
             for is_hybrid in [true, false] {
                 let mut families = good.clone();
                 families[at].collided = collided;
-                let missed = missed(&config, &low, &families, is_hybrid);
+                let missed = missed(&config, &low, (&families, &fast), is_hybrid);
                 assert_eq!(missed.len(), 1, "{missed:?}");
                 assert!(missed[0].sentence.contains(&families[at].family.to_string()), "{missed:?}");
             }
@@ -153,9 +190,9 @@ mod tests {
         let low = LowScore { attempts: 1, reach: 1.0, collision: 0.0 };
         let in_a_trap = [scored(Family::Clutter, 0.0), scored(Family::UTrap, 0.5)];
         let in_clutter = [scored(Family::Clutter, 0.5), scored(Family::UTrap, 0.0)];
-        assert_eq!(missed(&config, &low, &in_a_trap, false), Vec::new());
-        assert_eq!(missed(&config, &low, &in_clutter, false).len(), 1);
-        assert_eq!(missed(&config, &low, &in_a_trap, true).len(), 1);
+        assert_eq!(missed(&config, &low, (&in_a_trap, &[]), false), Vec::new());
+        assert_eq!(missed(&config, &low, (&in_clutter, &[]), false).len(), 1);
+        assert_eq!(missed(&config, &low, (&in_a_trap, &[]), true).len(), 1);
     }
 
     #[test]
@@ -165,7 +202,7 @@ mod tests {
             let low = LowScore { attempts: 400, reach, collision: 0.0 };
             let mut families = [Family::Clutter, Family::UTrap, Family::Crowd].map(|of| scored(of, 0.0));
             families[2].collided = collided;
-            GateReport { missed: missed(&config, &low, &families, true), ..GateReport::default() }
+            GateReport { missed: missed(&config, &low, (&families, &[]), true), ..GateReport::default() }
         };
         // At least 90 % reached, at most 60 % hit.
         for (reach, collided, is_passed, is_narrow) in [
