@@ -202,9 +202,10 @@ mod tests {
             let low = LowScore { attempts: 400, reach, collision: 0.0 };
             let mut families = [Family::Clutter, Family::UTrap, Family::Crowd].map(|of| scored(of, 0.0));
             families[2].collided = collided;
-            GateReport { missed: missed(&config, &low, (&families, &[]), true), ..GateReport::default() }
+            let rival = [FamilyScore { collided: 55, ..scored(Family::Crowd, 0.0) }];
+            GateReport { missed: missed(&config, &low, (&families, &rival), true), ..GateReport::default() }
         };
-        // At least 90 % reached, at most 60 % hit.
+        // At least 90 % reached, at most 60 % hit: 5 more than by the rival.
         for (reach, collided, is_passed, is_narrow) in [
             (0.9, 60, true, false),
             (0.86, 60, false, true),
