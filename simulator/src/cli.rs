@@ -89,7 +89,7 @@ pub(crate) struct Arguments {
     /// Take robot, lidar and timing from this model's manifest instead of the defaults
     #[arg(long, value_name = "DIR")]
     pub(crate) model: Option<PathBuf>,
-    /// Simulate this robot: the name of a profile (an unknown one lists them all), or a TOML file with [robot] and [lidar].
+    /// Simulate this robot: the name of a profile (an unknown one lists them all), or a TOML file with the tables `robot` and `lidar`.
     /// Beside --model it must be the robot that the model was trained for
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) robot_profile: Option<String>,

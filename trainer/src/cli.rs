@@ -93,7 +93,7 @@ pub struct TrainArgs {
     /// Every random number follows from this [default: 1, or what --config says]
     #[arg(long)]
     pub seed: Option<u64>,
-    /// For which robot: the name of a profile, or a TOML file with [robot] and [lidar]. All other defaults follow from it;
+    /// For which robot: the name of a profile, or a TOML file with the tables `robot` and `lidar`. All other defaults follow from it;
     /// fields that --config names win over the profile's [default: a disc of 0.2 m with 1 m/s, or what --config says]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
