@@ -117,7 +117,8 @@ impl Tracker {
         self.owners.get(beam).filter(|owner| **owner != NOBODY).map(|owner| usize::from(*owner))
     }
 
-    /// Takes in a scan that was measured with the lidar at `pose` (`odom_from_lidar`), whose frame is the robot frame here. The same stamp again changes nothing.
+    /// Takes in a scan that was measured with the lidar at `pose` (`odom_from_lidar`), whose frame is the robot frame here.
+    /// The same stamp again changes nothing.
     pub fn update(&mut self, beams: &Beams, pose: Pose, stamp_ns: u64) {
         if !(pose.x_m.is_finite() && pose.y_m.is_finite() && pose.yaw_rad.is_finite()) {
             return;

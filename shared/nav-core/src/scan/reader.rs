@@ -219,8 +219,8 @@ impl ScanReader {
     }
 
     /// The trained beams of a scan that was [inspected](Self::inspect), m, as `ranges.rs` says; what failed is taken
-    /// from what was seen there a moment ago. `pose` is where the robot was, `odom_from_robot`. They are in the lidar's own frame: where
-    /// it sits on the robot [`ScanView`](super::ScanView) knows.
+    /// from what was seen there a moment ago. `pose` is where the robot was, `odom_from_robot`. They are in the lidar's own
+    /// frame: where it sits on the robot [`ScanView`](super::ScanView) knows.
     pub fn read(&mut self, scan: &LaserScan, pose: Pose) -> &[f32] {
         self.lay_out(scan);
         let trained = (self.task.lidar.beam_count as usize).min(MAX_BEAMS);

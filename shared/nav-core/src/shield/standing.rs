@@ -130,8 +130,8 @@ impl Standing {
     }
 
     /// Lays the points within `far_m` out for courses of the footprint from `pose`; beside a hit, something may reach so far
-    /// unseen as `edge_rad` spans, seen by the `lidar`, wherever it is now. What is nearer already than it should be may not come nearer still. What is
-    /// `kept` counts like what was seen.
+    /// unseen as `edge_rad` spans, seen by the `lidar`, wherever it is now. What is nearer already than it should be may not
+    /// come nearer still. What is `kept` counts like what was seen.
     pub(super) fn lay_out(&mut self, kept: &Kept, pose: Pose, lidar: Point, edge_rad: f32, far_m: f32) {
         let radius_m = self.footprint.circumradius_m();
         let is_rectangle = self.footprint.corners().is_some();
