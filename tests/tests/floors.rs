@@ -6,7 +6,7 @@
 //! floor 3  nav-rivals (classical policies)
 //! floor 2  nav-env (episodes, no torch)
 //! floor 1  nav-sim            nav-ipc (iceoryx2)        nav-model (tract-onnx)
-//! floor 0  nav-core (no_std, no alloc, no clock)             nav-host (signals, files, terminal)
+//! floor 0  nav-core (no_std, no alloc, no clock)   nav-host (signals, files, terminal)   nav-picture (SVG, PNG)
 //! ```
 //! What a crate reaches is what `cargo tree` says of its normal dependencies; what its source names is
 //! looked for outside comments and test modules.
@@ -24,6 +24,7 @@ use std::process::Command;
 const FLOORS: &[(&str, u8)] = &[
     ("nav-core", 0),
     ("nav-host", 0),
+    ("nav-picture", 0),
     ("nav-sim", 1),
     ("nav-ipc", 1),
     ("nav-model", 1),

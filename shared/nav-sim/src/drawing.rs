@@ -19,10 +19,8 @@ mod episode;
 mod moment;
 mod strip;
 mod canvas;
-mod lettering;
-mod file;
 
-pub use file::{DrawError, write_picture};
+pub use nav_picture::file::{DrawError, write_picture};
 
 use crate::people::PersonState;
 use crate::simulation::Simulation;

@@ -1,11 +1,11 @@
 //! One episode: the world, the people, the robot's way, a line of text above and one below.
 
 use super::canvas::{Canvas, Panel};
-use super::lettering::{Anchor, Style, write_text};
 use super::{EpisodeTrace, TraceStep, moment};
 use crate::people::PersonState;
 use nav_core::metrics::EpisodeEnd;
 use nav_core::task::{ACTION_GOAL, ACTION_WAIT};
+use nav_picture::lettering::{Anchor, Style, write_text};
 
 /// Beyond the world's edge.
 pub(super) const OUTSIDE: &str = "#e4e2dd";

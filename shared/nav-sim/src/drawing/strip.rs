@@ -2,7 +2,6 @@
 
 use super::canvas::{Canvas, Panel};
 use super::episode::{self, CRASH, FAINT, PERSON, TEXT};
-use super::lettering::{Anchor, Style, write_text};
 use super::moment::{
     self, COMMAND, TRACK, WISH, dashed, draw_velocity, person_fill, still_ring, stroke, track_ring,
 };
@@ -10,6 +9,7 @@ use super::{EpisodeTrace, TraceStep};
 use crate::world::Bounds;
 use nav_core::geometry::Vector;
 use nav_core::twist::Twist;
+use nav_picture::lettering::{Anchor, Style, write_text};
 use std::fmt::Write;
 
 /// When the moments are, s before the end.

@@ -12,7 +12,7 @@ const SPACE: f32 = 2.4;
 
 /// Where a line of text stands relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub enum Anchor {
     /// The text begins at the point.
     Start,
     /// The text ends at the point.
@@ -21,7 +21,7 @@ pub(super) enum Anchor {
 
 /// Appends a line of text: baseline at (x, y), capitals `height` pixels high. Text that is wider than
 /// `width_max` pixels is made smaller.
-pub(super) fn write_text(svg: &mut String, text: &str, at: (f32, f32), anchor: Anchor, style: &Style) {
+pub fn write_text(svg: &mut String, text: &str, at: (f32, f32), anchor: Anchor, style: &Style) {
     let units = width_of(text);
     let scale = (style.height / CAPITAL).min(style.width_max / units.max(1.0));
     let x = if anchor == Anchor::End { at.0 - units * scale } else { at.0 };
@@ -41,14 +41,15 @@ pub(super) fn write_text(svg: &mut String, text: &str, at: (f32, f32), anchor: A
 }
 
 /// How text looks.
-pub(super) struct Style {
+pub struct Style {
     /// Height of a capital, px.
-    pub(super) height: f32,
+    pub height: f32,
     /// Longest line, px.
-    pub(super) width_max: f32,
-    pub(super) color: &'static str,
+    pub width_max: f32,
+    /// Any colour of SVG.
+    pub color: &'static str,
     /// Width of a stroke, units of the glyph grid.
-    pub(super) weight: f32,
+    pub weight: f32,
 }
 
 fn width_of(text: &str) -> f32 {
