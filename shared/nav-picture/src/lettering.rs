@@ -15,6 +15,8 @@ const SPACE: f32 = 2.4;
 pub enum Anchor {
     /// The text begins at the point.
     Start,
+    /// The point is its middle.
+    Middle,
     /// The text ends at the point.
     End,
 }
@@ -24,7 +26,11 @@ pub enum Anchor {
 pub fn write_text(svg: &mut String, text: &str, at: (f32, f32), anchor: Anchor, style: &Style) {
     let units = width_of(text);
     let scale = (style.height / CAPITAL).min(style.width_max / units.max(1.0));
-    let x = if anchor == Anchor::End { at.0 - units * scale } else { at.0 };
+    let x = match anchor {
+        Anchor::Start => at.0,
+        Anchor::Middle => at.0 - units * scale / 2.0,
+        Anchor::End => at.0 - units * scale,
+    };
     let mut data = String::new();
     let mut pen = 0.0;
     for letter in text.chars() {

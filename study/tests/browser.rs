@@ -1,0 +1,94 @@
+//! The page in a real browser, headless: nothing on its console, every figure with a size, something drawn in it.
+//!
+//! Where no Chromium is installed (`apt-get install chromium`), the page is not looked at, and that is said.
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use study::plan::Study;
+use study::report::{Provenance, write};
+use study::rows;
+use support::Stage;
+
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// Run in a copy of the page: what the browser laid out is written where it can be read.
+const PROBE: &str = r#"<script>
+addEventListener("load", () => {
+  const boxes = [...document.querySelectorAll("figure svg")].map(svg => {
+    const box = svg.getBoundingClientRect();
+    const outside = [...svg.querySelectorAll("text")].filter(text => {
+      const own = text.getBoundingClientRect();
+      return own.left < box.left - 1 || own.right > box.right + 1 || own.bottom > box.bottom + 1;
+    });
+    return svg.parentElement.id + ":" + Math.round(box.width) + "x" + Math.round(box.height) + ":" + outside.length;
+  });
+  document.body.setAttribute("data-figures", boxes.join(" "));
+  document.body.setAttribute("data-fits", document.documentElement.scrollWidth <= innerWidth);
+});
+</script>"#;
+
+fn browser() -> Option<&'static str> {
+    BROWSERS
+        .into_iter()
+        .find(|name| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success()))
+}
+
+/// The page as the browser has it after loading, and what it said on its console.
+fn loaded(browser: &str, page: &Path, profile: &Path) -> (String, Vec<String>) {
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+            "--enable-logging=stderr",
+        ])
+        .args(["--window-size=1300,900", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("file://{}", page.display()))
+        .output()
+        .expect("it starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    let console = said.lines().filter(|line| line.contains("CONSOLE")).map(str::to_owned).collect();
+    (String::from_utf8_lossy(&output.stdout).into_owned(), console)
+}
+
+fn attribute<'a>(page: &'a str, name: &str) -> &'a str {
+    let (_, rest) = page.split_once(&format!("{name}=\"")).unwrap_or_else(|| panic!("{name} in {page}"));
+    rest.split('"').next().expect("a value")
+}
+
+#[test]
+fn a_browser_shows_every_figure_and_has_nothing_to_say() {
+    let Some(browser) = browser() else {
+        eprintln!("no Chromium is installed (apt-get install chromium): the page was not looked at");
+        return;
+    };
+    let stage = Stage::new();
+    let study = Study::read(&stage.path("study.toml")).expect("a study");
+    let tables = rows::read(&[stage.path("rows")]).expect("tables");
+    let provenance =
+        Provenance { command: "a test".into(), commit: "none".into(), machine: "this one".into() };
+    let written = write(&study, &tables, &provenance, &stage.path("out")).expect("a report");
+    let page = fs::read_to_string(&written.page).expect("the page");
+    let copy = stage.path("out/probed.html");
+    fs::write(&copy, page.replace("</body>", &format!("{PROBE}</body>"))).expect("written");
+    let (shown, console) = loaded(browser, &copy, &stage.path("profile"));
+    assert!(console.is_empty(), "{console:?}");
+    assert_eq!(attribute(&shown, "data-fits"), "true", "the page is wider than the window");
+    let figures: Vec<&str> = attribute(&shown, "data-figures").split(' ').collect();
+    assert_eq!(figures.len(), 8, "{figures:?}");
+    for figure in figures {
+        let parts: Vec<&str> = figure.split([':', 'x']).collect();
+        let number = |index: usize| parts[parts.len() - index].parse::<u32>().expect("a number");
+        assert!(number(3) > 300 && number(2) > 120, "{figure} is too small to be seen");
+        assert_eq!(number(1), 0, "{figure}: labels reach out of it");
+    }
+    // What the test would see of a page with a fault.
+    fs::write(&copy, page.replace("</body>", "<script>no_such_name()</script></body>")).expect("written");
+    let (_, console) = loaded(browser, &copy, &stage.path("profile"));
+    assert!(console.iter().any(|line| line.contains("no_such_name")), "{console:?}");
+}
