@@ -48,7 +48,10 @@ const NEVER_REACHED: &[(&str, &[&str])] = &[
     ("nav-env", &["nav-ipc", "iceoryx2", "tch", "torch-sys", "tract-onnx", "tract-core", "ort", "ort-sys"]),
     ("nav-rivals", &["nav-ipc", "iceoryx2", "nav-model", "tch", "torch-sys", "tract-onnx", "ort", "ort-sys"]),
     // It judges rows and drives nothing.
-    ("study", &["nav-core", "nav-sim", "nav-env", "nav-ipc", "nav-model", "tch", "torch-sys", "tract-onnx", "ort"]),
+    (
+        "study",
+        &["nav-core", "nav-sim", "nav-env", "nav-ipc", "nav-model", "tch", "torch-sys", "tract-onnx", "ort"],
+    ),
     ("trainer", &["runtime", "nav-ipc", "iceoryx2"]),
     ("runtime", &["trainer", "tch", "torch-sys", "nav-sim", "nav-env", "nav-rivals", "ort", "ort-sys"]),
     ("simulator", &["trainer", "runtime", "tch", "torch-sys", "tract-onnx", "tract-core", "ort", "ort-sys"]),
