@@ -18,7 +18,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let study = Study::read("study/paper.toml".as_ref())?;
 //! let tables = rows::read(&["results/study".into()])?;
-//! let written = report::write(&study, &tables, &report::Provenance::here(), "out/study".as_ref())?;
+//! let written = report::write(&study, &tables, &[], &report::Provenance::here(), "out/study".as_ref())?;
 //! println!("{}", written.page.display());
 //! # Ok(())
 //! # }

@@ -6,7 +6,7 @@ use nav_host::exit::Exit;
 use nav_host::terminal::{LogArguments, say, warn};
 use std::path::PathBuf;
 use study::plan::Study;
-use study::report::{self, Provenance};
+use study::report::{self, Provenance, gallery};
 use study::rows;
 
 /// Judges a study: evaluation rows in, statistics, figures and a report out.
@@ -51,6 +51,10 @@ struct ReportArgs {
     /// A folder with tables, *.csv and *.csv.gz, itself and all below it; any number of times.
     #[arg(long, value_name = "FOLDER", required = true)]
     rows: Vec<PathBuf>,
+    /// A folder of pictures, *.svg, as `trainer evaluate --pictures` draws them: wins and losses to be looked at, each under its
+    /// file's name.
+    #[arg(long, value_name = "FOLDER")]
+    gallery: Option<PathBuf>,
     /// Where the report goes.
     #[arg(long, value_name = "FOLDER", default_value = "out/study")]
     out: PathBuf,
@@ -72,10 +76,12 @@ fn main() -> Exit {
 fn report(args: &ReportArgs) -> Result<()> {
     let study = Study::read(&args.study).context("--study")?;
     let tables = rows::read(&args.rows).context("--rows")?;
-    let written = report::write(&study, &tables, &Provenance::here(), &args.out).context("no report")?;
+    let pictures = args.gallery.as_deref().map_or(Ok(Vec::new()), gallery::read).context("--gallery")?;
+    let written =
+        report::write(&study, &tables, &pictures, &Provenance::here(), &args.out).context("no report")?;
     if written.gaps > 0 {
         warn(format_args!(
-            "{} of what the study names is missing in these rows; the report says what",
+            "what the study names is missing in {} places of these rows; the report says where",
             written.gaps
         ));
     }

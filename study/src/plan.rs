@@ -149,6 +149,20 @@ impl Study {
         self.methods.iter().position(|method| method.name == name)
     }
 
+    /// The methods that figures of all methods show: not those that only the ladder or the ablations compare, which have tables
+    /// of their own.
+    pub fn shown(&self) -> Vec<usize> {
+        let steps = self.ladder.iter().chain(&self.ablation).flat_map(|steps| &steps.steps);
+        let apart: BTreeSet<usize> =
+            steps.filter(|(_, against, _)| against.is_some()).map(|(method, ..)| *method).collect();
+        let asked: BTreeSet<usize> = [&self.primaries, &self.non_inferiority, &self.paired]
+            .into_iter()
+            .flatten()
+            .flat_map(|contrast| [contrast.method, contrast.against])
+            .collect();
+        (0..self.methods.len()).filter(|method| asked.contains(method) || !apart.contains(method)).collect()
+    }
+
     /// The method that the study is about: that of its first primary, else the first.
     pub fn subject(&self) -> usize {
         self.primaries.first().map_or(0, |contrast| contrast.method)

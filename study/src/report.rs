@@ -13,6 +13,7 @@ mod tables;
 mod scores;
 mod summary;
 mod provenance;
+pub mod gallery;
 
 pub use provenance::Provenance;
 
@@ -24,6 +25,7 @@ use crate::cells::{Cells, TwiceError};
 use crate::figures::{Figure, Letters, figures};
 use crate::plan::Study;
 use crate::rows::Tables;
+use gallery::Picture;
 use grid::Grid;
 use nav_picture::file::{DrawError, write_picture};
 
@@ -60,13 +62,14 @@ pub enum ReportError {
     },
 }
 
-/// Judges `tables` by `study` and writes the report into the folder `out`.
+/// Judges `tables` by `study` and writes the report, with a gallery of `pictures`, into the folder `out`.
 ///
 /// # Errors
 /// Rows that contradict each other, none at all, or files that cannot be written.
 pub fn write(
     study: &Study,
     tables: &Tables,
+    pictures: &[Picture],
     provenance: &Provenance,
     out: &Path,
 ) -> Result<Written, ReportError> {
@@ -81,8 +84,15 @@ pub fn write(
     for figure in &figures {
         writer.figure(figure)?;
     }
-    let content =
-        page::Content { study, tables, cells: &cells, analysis: &analysis, figures: &figures, provenance };
+    let content = page::Content {
+        study,
+        tables,
+        cells: &cells,
+        analysis: &analysis,
+        figures: &figures,
+        pictures,
+        provenance,
+    };
     let grids = content.grids();
     for grid in &grids {
         writer.grid(grid)?;

@@ -8,6 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 use study::plan::Study;
+use study::report::gallery::Picture;
 use study::report::{Provenance, write};
 use study::rows;
 use support::Stage;
@@ -23,9 +24,15 @@ addEventListener("load", () => {
       const own = text.getBoundingClientRect();
       return own.left < box.left - 1 || own.right > box.right + 1 || own.bottom > box.bottom + 1;
     });
-    return svg.parentElement.id + ":" + Math.round(box.width) + "x" + Math.round(box.height) + ":" + outside.length;
+    const texts = [...svg.querySelectorAll("text")].map(text => text.getBoundingClientRect());
+    const meet = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+      && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 4;
+    const overlaps = texts.flatMap((a, index) => texts.slice(index + 1).filter(b => meet(a, b)));
+    return [svg.parentElement.id, Math.round(box.width), Math.round(box.height), outside.length, overlaps.length].join(":");
   });
   document.body.setAttribute("data-figures", boxes.join(" "));
+  const image = document.querySelector(".gallery img");
+  document.body.setAttribute("data-image", image.naturalWidth + "x" + image.naturalHeight);
   document.body.setAttribute("data-fits", document.documentElement.scrollWidth <= innerWidth);
 });
 </script>"#;
@@ -72,20 +79,25 @@ fn a_browser_shows_every_figure_and_has_nothing_to_say() {
     let tables = rows::read(&[stage.path("rows")]).expect("tables");
     let provenance =
         Provenance { command: "a test".into(), commit: "none".into(), machine: "this one".into() };
-    let written = write(&study, &tables, &provenance, &stage.path("out")).expect("a report");
+    let circle = r##"<svg xmlns="http://www.w3.org/2000/svg" width="90" height="40"><circle r="9" fill="#d55e00"/></svg>"##;
+    let pictures = [Picture { caption: "a win & a loss".into(), svg: circle.into() }];
+    let written = write(&study, &tables, &pictures, &provenance, &stage.path("out")).expect("a report");
     let page = fs::read_to_string(&written.page).expect("the page");
     let copy = stage.path("out/probed.html");
     fs::write(&copy, page.replace("</body>", &format!("{PROBE}</body>"))).expect("written");
     let (shown, console) = loaded(browser, &copy, &stage.path("profile"));
     assert!(console.is_empty(), "{console:?}");
     assert_eq!(attribute(&shown, "data-fits"), "true", "the page is wider than the window");
+    assert_eq!(attribute(&shown, "data-image"), "90x40", "a picture of the gallery");
     let figures: Vec<&str> = attribute(&shown, "data-figures").split(' ').collect();
     assert_eq!(figures.len(), 8, "{figures:?}");
     for figure in figures {
-        let parts: Vec<&str> = figure.split([':', 'x']).collect();
-        let number = |index: usize| parts[parts.len() - index].parse::<u32>().expect("a number");
-        assert!(number(3) > 300 && number(2) > 120, "{figure} is too small to be seen");
-        assert_eq!(number(1), 0, "{figure}: labels reach out of it");
+        let numbers: Vec<u32> =
+            figure.split(':').skip(1).map(|number| number.parse().expect("a number")).collect();
+        let [width, height, outside, overlaps] = numbers[..] else { panic!("{figure}") };
+        assert!(width > 300 && height > 120, "{figure} is too small to be seen");
+        assert_eq!(outside, 0, "{figure}: labels reach out of it");
+        assert_eq!(overlaps, 0, "{figure}: labels lie on each other");
     }
     // What the test would see of a page with a fault.
     fs::write(&copy, page.replace("</body>", "<script>no_such_name()</script></body>")).expect("written");

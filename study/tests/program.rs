@@ -43,6 +43,10 @@ fn errors_name_the_flag() {
     let blocked = path("study.toml") + "/out";
     let (code, _, error) = study(&["report", "--study", &study_file, "--rows", &rows, "--out", &blocked]);
     assert!(code == Some(1) && error.contains("cannot write"), "{error}");
+    let gallery = ["--gallery", &rows];
+    let (code, _, error) =
+        study(&[&["report", "--study", &study_file, "--rows", &rows][..], &gallery].concat());
+    assert!(code == Some(1) && error.contains("--gallery: there is no *.svg"), "{error}");
     let (code, _, error) = study(&["report"]);
     assert!(code == Some(2) && error.contains("--rows"), "{error}");
 }

@@ -28,7 +28,7 @@ fn provenance() -> Provenance {
 fn judge(stage: &Stage) -> Result<Written, ReportError> {
     let study = Study::read(&stage.path("study.toml")).expect("a study");
     let tables = rows::read(&[stage.path("rows")]).expect("tables");
-    write(&study, &tables, &provenance(), &stage.path("out"))
+    write(&study, &tables, &[], &provenance(), &stage.path("out"))
 }
 
 fn analysis(stage: &Stage) -> Analysis {
@@ -197,4 +197,15 @@ fn rows_of_another_study_are_no_report() {
     let error = judge(&stage).expect_err("nothing to judge").to_string();
     assert!(error.contains("split test, not validation"), "{error}");
     assert!(!stage.path("out/index.html").exists());
+}
+
+#[test]
+fn figures_of_all_methods_leave_ablations_to_their_table() {
+    let stage = Stage::new();
+    judge(&stage).expect("a report");
+    let figure = fs::read_to_string(stage.path("out/figures/success-by-family.svg")).expect("an SVG");
+    assert!(figure.contains("Flat TD3") && figure.contains("Reactive"));
+    assert!(!figure.contains("The hybrid&apos;s TD3") && !figure.contains("The hybrid's TD3"));
+    let table = fs::read_to_string(stage.path("out/ablation.csv")).expect("a table");
+    assert!(table.contains("The hybrid's TD3"), "{table}");
 }

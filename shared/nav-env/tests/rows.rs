@@ -155,3 +155,25 @@ fn shares_are_never_negative() {
         }
     }
 }
+
+/// Who judges rows reads what is written here.
+#[test]
+fn a_study_reads_these_rows() {
+    let (folder, path) = table();
+    let mut file = RowFile::create(&path).expect("a new file");
+    for row in [row(0), read_world(EpisodeEnd::BelievedArrived), EpisodeRow { shield: None, ..row(1) }] {
+        file.append(&row).expect("the disk has room");
+    }
+    let tables = study::rows::read(&[folder.path().to_owned()]).expect("tables");
+    let [(_, first), (_, second), (_, third)] = &tables.episodes[..] else {
+        panic!("three rows: {tables:?}")
+    };
+    assert_eq!(
+        (first.policy.as_str(), first.training_seed, first.family.as_deref()),
+        ("hybrid", Some(7), Some("u_trap"))
+    );
+    assert_eq!((first.split.as_deref(), first.disturbance.as_str()), (Some("test"), "usual"));
+    assert_eq!((first.shield, third.shield), (Some(study::rows::Gate::On), None));
+    assert_eq!((first.end, second.end), (study::rows::End::Success, study::rows::End::BelievedArrived));
+    assert_eq!((first.spl, second.spl, second.family.as_deref()), (Some(0.97), None, None));
+}

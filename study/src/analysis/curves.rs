@@ -21,6 +21,17 @@ pub struct SeedCurve {
     pub points: Vec<CurveRow>,
 }
 
+/// The interquartile means of seeds at a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Middle {
+    /// Environment steps.
+    pub env_steps: u64,
+    /// Of success.
+    pub success: f64,
+    /// Of collisions.
+    pub collision: f64,
+}
+
 /// The curves of a method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodCurves {
@@ -28,9 +39,8 @@ pub struct MethodCurves {
     pub method: usize,
     /// By seed.
     pub seeds: Vec<SeedCurve>,
-    /// Steps that at least half of the seeds were looked at, each with the interquartile means of success and
-    /// collision.
-    pub iqm: Vec<(u64, f64, f64)>,
+    /// Of all seeds, at steps at which at least half of them were looked at.
+    pub iqm: Vec<Middle>,
     /// By how much success over the last fifth strays from its median at most, of the seed that strays most.
     pub strays: Option<f64>,
     /// Mean spin of the last look, over seeds.
@@ -72,19 +82,20 @@ fn curves(method: usize, seeds: BTreeMap<u64, Vec<CurveRow>>) -> MethodCurves {
     }
 }
 
-fn middle(seeds: &[SeedCurve]) -> Vec<(u64, f64, f64)> {
+fn middle(seeds: &[SeedCurve]) -> Vec<Middle> {
     let mut at: BTreeMap<u64, Vec<&CurveRow>> = BTreeMap::new();
     for point in seeds.iter().flat_map(|curve| &curve.points) {
         at.entry(point.env_steps).or_default().push(point);
     }
-    let of_step = |(step, points): (u64, Vec<&CurveRow>)| {
+    at.retain(|_, points| 2 * points.len() >= seeds.len());
+    let of_step = |(env_steps, points): (u64, Vec<&CurveRow>)| {
         let of =
             |value: fn(&CurveRow) -> f64| iqm(&points.iter().map(|point| value(point)).collect::<Vec<_>>());
-        (2 * points.len() >= seeds.len()).then_some((
-            step,
-            of(|point| point.success)?,
-            of(|point| point.collision)?,
-        ))
+        Some(Middle {
+            env_steps,
+            success: of(|point| point.success)?,
+            collision: of(|point| point.collision)?,
+        })
     };
     at.into_iter().filter_map(of_step).collect()
 }

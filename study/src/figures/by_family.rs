@@ -22,7 +22,7 @@ pub(super) fn success(study: &Study, analysis: &Analysis) -> Option<Figure> {
             "Share of worlds whose goal was reached in time, %: interquartile mean over training seeds, {}.",
             intervals(study)
         ),
-        canvas: draw(study, &analysis.success, "success, %")?,
+        canvas: draw(study, &analysis.success, Some(100.0), "success, %")?,
     })
 }
 
@@ -35,7 +35,7 @@ pub(super) fn collision(study: &Study, analysis: &Analysis) -> Option<Figure> {
             "Share of worlds with a collision, those while the robot stood among them, %: interquartile mean over training seeds, {}.",
             intervals(study)
         ),
-        canvas: draw(study, &analysis.collision, "collision, %")?,
+        canvas: draw(study, &analysis.collision, None, "collision, %")?,
     })
 }
 
@@ -44,12 +44,13 @@ pub(super) fn intervals(study: &Study) -> String {
     format!("lines are {:.0} % intervals over new seeds and new worlds", 100.0 * study.bootstrap.coverage)
 }
 
-fn draw(study: &Study, cells: &[CellEstimate], label: &str) -> Option<Canvas> {
-    if cells.is_empty() {
+/// Draws shares up to `most` percent, or to the highest that there is.
+fn draw(study: &Study, cells: &[CellEstimate], most: Option<f64>, label: &str) -> Option<Canvas> {
+    let is_there = |method: &usize| cells.iter().any(|cell| cell.method == *method);
+    let methods: Vec<usize> = study.shown().into_iter().filter(is_there).collect();
+    if methods.is_empty() {
         return None;
     }
-    let is_there = |method: &usize| cells.iter().any(|cell| cell.method == *method);
-    let methods: Vec<usize> = (0..study.methods.len()).filter(is_there).collect();
     let has_rows = |family: &&String| cells.iter().any(|cell| cell.family == **family);
     let families: Vec<&String> = study.families.iter().filter(has_rows).collect();
     let left = families.iter().map(|family| text_width(family)).fold(40.0, f64::max) + 16.0;
@@ -59,10 +60,12 @@ fn draw(study: &Study, cells: &[CellEstimate], label: &str) -> Option<Canvas> {
     let bottom = top + families.len() as f64 * band;
     let mut canvas = Canvas::new(width, bottom + 46.0);
     legend(&mut canvas, study, &methods, (10.0, 6.0), width - 20.0);
-    let most = cells.iter().map(|cell| 100.0 * cell.estimate.interval.high).fold(1.0, f64::max);
+    let shown = cells.iter().filter(|cell| methods.contains(&cell.method));
+    let highest = shown.map(|cell| 100.0 * cell.estimate.interval.high).fold(1.0, f64::max);
+    let most = most.unwrap_or(highest);
     for (index, &gate) in study.gates.iter().enumerate() {
         let start = left + index as f64 * (PANEL_PX + GAP_PX);
-        let axis = Axis::new((0.0, most.min(100.0)), (start, start + PANEL_PX));
+        let axis = Axis::new((0.0, most), (start, start + PANEL_PX));
         axis.draw_below(&mut canvas, (top, bottom), 5);
         canvas.text(&heading(gate), (start, top - 10.0), Anchor::Start).is_bold = true;
         canvas.text(label, (start + PANEL_PX / 2.0, bottom + 36.0), Anchor::Middle).color = FAINT;

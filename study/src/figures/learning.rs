@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, FAINT};
 use super::look::Look;
 use super::{Analysis, Figure};
-use crate::analysis::curves::MethodCurves;
+use crate::analysis::curves::{MethodCurves, Middle};
 use crate::plan::Study;
 use crate::rows::CurveRow;
 
@@ -22,7 +22,7 @@ pub(super) fn success(study: &Study, analysis: &Analysis) -> Option<Figure> {
         caption: "Success on validation worlds, %, over environment steps, millions. A thin line is a training seed, the thick one \
                   their interquartile mean."
             .to_owned(),
-        canvas: draw(study, &analysis.curves, |point| point.success, |point| point.1)?,
+        canvas: draw(study, &analysis.curves, Some(100.0), |point| point.success, |middle| middle.success)?,
     })
 }
 
@@ -33,7 +33,7 @@ pub(super) fn collision(study: &Study, analysis: &Analysis) -> Option<Figure> {
         title: "Collisions over training",
         caption: "Collisions on validation worlds, %, over environment steps, millions. Lines as above."
             .to_owned(),
-        canvas: draw(study, &analysis.curves, |point| point.collision, |point| point.2)?,
+        canvas: draw(study, &analysis.curves, None, |point| point.collision, |middle| middle.collision)?,
     })
 }
 
@@ -59,18 +59,21 @@ pub(super) fn panels(
     Some(canvas)
 }
 
+/// Draws what is read from a look and from the interquartile means, up to `most` percent, or to the highest that there is.
 fn draw(
     study: &Study,
     curves: &[MethodCurves],
+    most: Option<f64>,
     of_point: fn(&CurveRow) -> f64,
-    of_iqm: fn(&(u64, f64, f64)) -> f64,
+    of_middle: fn(&Middle) -> f64,
 ) -> Option<Canvas> {
     let points = || curves.iter().flat_map(|curves| &curves.seeds).flat_map(|seed| &seed.points);
     let steps_max = points().map(|point| point.env_steps as f64 / 1e6).fold(0.0, f64::max);
-    let most = points().map(|point| 100.0 * of_point(point)).fold(1.0, f64::max);
+    let highest = points().map(|point| 100.0 * of_point(point)).fold(1.0, f64::max);
+    let most = most.unwrap_or(highest);
     panels(study, &curves.iter().collect::<Vec<_>>(), |canvas, curves, [left, top, right, bottom]| {
         let x = Axis::new((0.0, steps_max), (left, right));
-        let y = Axis::new((0.0, most.min(100.0)), (bottom, top));
+        let y = Axis::new((0.0, most), (bottom, top));
         x.draw_below(canvas, (top, bottom), 4);
         y.draw_left(canvas, (left, right), 4);
         canvas.text("steps, millions", (right, bottom + 34.0), Anchor::End).color = FAINT;
@@ -80,7 +83,7 @@ fn draw(
             let line: Vec<_> = seed.points.iter().map(|point| at(point.env_steps, of_point(point))).collect();
             canvas.path(&line, color, 1.0, r#"stroke-opacity="0.45""#);
         }
-        let line: Vec<_> = curves.iqm.iter().map(|point| at(point.0, of_iqm(point))).collect();
+        let line: Vec<_> = curves.iqm.iter().map(|middle| at(middle.env_steps, of_middle(middle))).collect();
         canvas.path(&line, color, 3.0, "");
     })
 }

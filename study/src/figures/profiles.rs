@@ -15,7 +15,7 @@ const GAP_PX: f64 = 60.0;
 pub(super) fn profiles(study: &Study, analysis: &Analysis) -> Option<Figure> {
     let overall = &analysis.overall;
     let is_there = |method: &usize| overall.iter().any(|own| own.method == *method);
-    let methods: Vec<usize> = (0..study.methods.len()).filter(is_there).collect();
+    let methods: Vec<usize> = study.shown().into_iter().filter(is_there).collect();
     if methods.is_empty() {
         return None;
     }
@@ -33,7 +33,7 @@ pub(super) fn profiles(study: &Study, analysis: &Analysis) -> Option<Figure> {
         canvas.text(&heading(gate), (left, top - 10.0), Anchor::Start).is_bold = true;
         let below = (left + PANEL_PX.0 / 2.0, bottom + 36.0);
         canvas.text("success, %", below, Anchor::Middle).color = FAINT;
-        for own in overall.iter().filter(|own| own.gate == gate) {
+        for own in overall.iter().filter(|own| own.gate == gate && methods.contains(&own.method)) {
             draw(&mut canvas, own, &x, &y);
         }
     }

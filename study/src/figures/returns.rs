@@ -19,7 +19,7 @@ pub(super) fn returns(study: &Study, analysis: &Analysis) -> Option<Figure> {
         let y = Axis::new((0.0, 100.0), (bottom, top));
         x.draw_below(canvas, (top, bottom), 3);
         y.draw_left(canvas, (left, right), 4);
-        canvas.text("return of an episode", (right, bottom + 34.0), Anchor::End).color = FAINT;
+        canvas.text("return", (right, bottom + 34.0), Anchor::End).color = FAINT;
         if let Some(follows) = curves.return_follows_success {
             let text = format!("rank correlation {follows:+.2}");
             canvas.text(&text, (left, bottom + 34.0), Anchor::Start).color = FAINT;

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use super::gallery::Picture;
 use super::grid::Grid;
 use super::provenance::Provenance;
 use super::{summary, tables};
@@ -21,6 +22,7 @@ pub(super) struct Content<'a> {
     pub(super) cells: &'a Cells,
     pub(super) analysis: &'a Analysis,
     pub(super) figures: &'a [Figure],
+    pub(super) pictures: &'a [Picture],
     pub(super) provenance: &'a Provenance,
 }
 
@@ -65,6 +67,11 @@ impl Content<'_> {
         }
         for name in ["non-inferiority", "ladder", "ablation", "paired", "runs", "missing"] {
             table(&mut html, name);
+        }
+        if !self.pictures.is_empty() {
+            let pictures: String = self.pictures.iter().map(Picture::html).collect();
+            let body = format!("<div class=\"gallery\">\n{pictures}</div>\n");
+            section(&mut html, "gallery", "Looked at", "Episodes won and lost, as they were drawn.", &body);
         }
         self.making(&mut html);
         html.push_str("</body>\n</html>\n");

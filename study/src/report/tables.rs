@@ -213,8 +213,8 @@ fn steps(
     grid.columns.extend(families.iter().cloned());
     grid.columns.extend(["spin, %", "return follows success", "effect"].map(str::to_owned));
     for step in steps {
-        let mut row =
-            vec![study.methods[step.method].label.clone(), step.about.clone(), step.gate.word().to_owned()];
+        let name = study.methods[step.method].name.clone();
+        let mut row = vec![name, step.about.clone(), step.gate.word().to_owned()];
         for family in &families {
             let found = step.families.iter().find(|(name, _)| name == family);
             let found = found.and_then(|(_, found)| found.as_ref());
