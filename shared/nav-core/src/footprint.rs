@@ -7,6 +7,8 @@ pub use self::passing::{Lane, Turns};
 use crate::geometry::{Point, Pose};
 use serde::{Deserialize, Serialize};
 
+/// A robot has at least the size of one that turns in a circle smaller by this factor.
+const TURNING: f32 = 1.5;
 /// One side of a rectangle is at most so many times as long as the other.
 const ASPECT_MAX: f32 = 8.0;
 
@@ -45,6 +47,12 @@ impl Footprint {
                 libm::sqrtf(long_m * long_m + half_width_m * half_width_m)
             }
         }
+    }
+
+    /// The length that a robot's world is measured by, m: half of its width, or two thirds of the radius that it turns in,
+    /// if that is more; the radius of a disc. See [`crate::scale`].
+    pub fn size_m(&self) -> f32 {
+        self.half_width_m().max(self.circumradius_m() / TURNING)
     }
 
     /// How far it reaches to either side, m: what it needs to pass straight on.

@@ -22,10 +22,10 @@
 //! | turning rate, rad/s | x | x / `time` |
 //! | share, count of things | x | x |
 //!
-//! **The length of a robot** is the radius of the circle that it turns in
-//! ([`circumradius_m`](crate::footprint::Footprint::circumradius_m)), whatever the shape of its footprint: in a world that is
-//! scaled by it every robot can turn wherever the reference robot can, and gaps of a family are a stated multiple of that
-//! circle. A long robot passes narrower gaps than that straight on.
+//! **The length of a robot** ([`size_m`](crate::footprint::Footprint::size_m)) is half of its width, as the radius is for a
+//! disc, so that a door is the same multiple of the width for every robot. A long robot must turn, too: its length is at
+//! least two thirds of the radius of the circle that it turns in, so that it can turn wherever a family keeps start and goal
+//! clear and in all but the narrowest passages, which it has to enter straight.
 //!
 //! What is a person's (sizes, walking speeds, the room that people are given) or a sensor's (noise, drift) is what it is
 //! whoever drives past, and is not scaled. Settings are in metres and seconds; what follows from the robot are their
@@ -60,7 +60,7 @@ impl Scale {
 
     /// Of a robot. Here, and nowhere else, it is said which of its measures is its size.
     pub fn of(robot: &Robot) -> Self {
-        let length = robot.footprint.circumradius_m() / REFERENCE_RADIUS_M;
+        let length = robot.footprint.size_m() / REFERENCE_RADIUS_M;
         Self { length, time: length / (robot.linear_max_mps / REFERENCE_MPS) }
     }
 

@@ -160,7 +160,7 @@ impl Family {
 
     /// The factor by which its worlds are larger than those of the reference robot.
     pub fn world_length(self, footprint: &Footprint) -> f32 {
-        let length = footprint.circumradius_m() / REFERENCE_RADIUS_M;
+        let length = footprint.size_m() / REFERENCE_RADIUS_M;
         if self.has_people() { length.max(1.0) } else { length }
     }
 

@@ -24,8 +24,7 @@ pub fn simulation_seed(family: Family, split: Split, seed: u64) -> u64 {
     Dice::new([family as u64, split as u64, seed, u64::MAX]).seed()
 }
 
-/// Like [`generate`] in the size of a robot: every gap is the same multiple of the circle that it turns in as it is for the
-/// reference robot. With the distances to the goal for that robot.
+/// Like [`generate`] in the size of a robot: every gap is the same multiple of it as it is for the reference robot. With the distances to the goal for that robot.
 pub fn generate_with_field(
     family: Family,
     split: Split,
