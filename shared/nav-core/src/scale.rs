@@ -25,7 +25,8 @@
 //! **The length of a robot** ([`size_m`](crate::footprint::Footprint::size_m)) is half of its width, as the radius is for a
 //! disc, so that a door is the same multiple of the width for every robot. A long robot must turn, too: its length is at
 //! least two thirds of the radius of the circle that it turns in, so that it can turn wherever a family keeps start and goal
-//! clear and in all but the narrowest passages, which it has to enter straight.
+//! clear and in all but the narrowest passages, which it has to enter straight. And no robot is less than 0.7 of the reference
+//! robot: what a lidar errs by and what the safety gate keeps free do not shrink with it, and a gap must leave room for them.
 //!
 //! What is a person's (sizes, walking speeds, the room that people are given) or a sensor's (noise, drift) is what it is
 //! whoever drives past, and is not scaled. Settings are in metres and seconds; what follows from the robot are their
@@ -36,14 +37,23 @@
 //! steps of 0.1 s of the reference robot: [`Scale::step_s`], of which a tick is the
 //! [`step_share`](crate::task::Task::step_share).
 
+use crate::footprint::Footprint;
 use crate::task::Robot;
 
 /// Radius of the footprint of the reference robot, m.
 pub const REFERENCE_RADIUS_M: f32 = 0.2;
 /// Fastest speed of the reference robot, m/s.
 pub const REFERENCE_MPS: f32 = 1.0;
+/// A robot that is smaller than this share of the reference robot drives as if it were not.
+const LEAST_LENGTH: f32 = 0.7;
 /// The step for which rewards, discounts and observations of the past were chosen, s of the reference robot.
 pub const REFERENCE_STEP_S: f32 = 0.1;
+
+/// How many times as large as the reference robot one is. Here, and nowhere else, it is said which of its measures is its
+/// size.
+pub fn length_of(footprint: &Footprint) -> f32 {
+    (footprint.size_m() / REFERENCE_RADIUS_M).max(LEAST_LENGTH)
+}
 
 /// Factors between the reference robot and another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,9 +68,9 @@ impl Scale {
     /// The reference robot's own: everything is as it is written.
     pub const REFERENCE: Self = Self { length: 1.0, time: 1.0 };
 
-    /// Of a robot. Here, and nowhere else, it is said which of its measures is its size.
+    /// Of a robot.
     pub fn of(robot: &Robot) -> Self {
-        let length = robot.footprint.size_m() / REFERENCE_RADIUS_M;
+        let length = length_of(&robot.footprint);
         Self { length, time: length / (robot.linear_max_mps / REFERENCE_MPS) }
     }
 
@@ -93,7 +103,6 @@ impl Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::footprint::Footprint;
     use crate::task::Task;
 
     fn task(radius_m: f32, linear_max_mps: f32, control_period_s: f32) -> Task {

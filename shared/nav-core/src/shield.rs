@@ -133,7 +133,7 @@ impl Shield {
             latency: clock.steps(task.control_period_s).min(LATE_MAX),
             no_return_m: f32::INFINITY,
             beams: Beams::new(),
-            sectors: Sectors::new(),
+            sectors: Sectors::new(&task.robot.footprint),
             tracker: Tracker::new(task),
             movers: Vec::new(),
             is_informed: false,

@@ -43,7 +43,7 @@ pub use generate::{generate, generate_with_field, simulation_seed};
 use crate::world::World;
 use dice::Dice;
 use nav_core::footprint::Footprint;
-use nav_core::scale::{REFERENCE_RADIUS_M, Scale};
+use nav_core::scale::{REFERENCE_RADIUS_M, Scale, length_of};
 use nav_core::task::{EPISODE_S, Robot, Task};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -160,7 +160,7 @@ impl Family {
 
     /// The factor by which its worlds are larger than those of the reference robot.
     pub fn world_length(self, footprint: &Footprint) -> f32 {
-        let length = footprint.size_m() / REFERENCE_RADIUS_M;
+        let length = length_of(footprint);
         if self.has_people() { length.max(1.0) } else { length }
     }
 

@@ -6,23 +6,26 @@ use crate::messages::MAX_BEAMS;
 use crate::scan::beams::{Beam, Beams};
 use core::f32::consts::{PI, TAU};
 
-/// Sectors around the robot, one point each.
-pub(super) const SECTORS: usize = 72;
-/// Width of a sector, rad.
-pub(super) const SECTOR_RAD: f32 = TAU / SECTORS as f32;
+/// The most sectors around a robot, one point each: a rectangle has so many, because corners fit between points that a disc
+/// does not fit between.
+pub(super) const SECTORS_MAX: usize = 144;
+/// A disc has so many.
+const SECTORS_OF_A_DISC: usize = 72;
 
 /// Which sector each beam lies in, worked out once for a lidar.
 #[derive(Clone, Debug)]
 pub(super) struct Sectors {
+    count: usize,
     /// Beams, and the direction of the first and of the last one.
     layout: (usize, [u32; 4]),
     pub(super) of_beam: [u8; MAX_BEAMS],
 }
 
 impl Sectors {
-    /// Of no lidar.
-    pub(super) fn new() -> Self {
-        Self { layout: (0, [0; 4]), of_beam: [0; MAX_BEAMS] }
+    /// Around a robot, of no lidar.
+    pub(super) fn new(footprint: &Footprint) -> Self {
+        let count = if footprint.corners().is_some() { SECTORS_MAX } else { SECTORS_OF_A_DISC };
+        Self { count, layout: (0, [0; 4]), of_beam: [0; MAX_BEAMS] }
     }
 
     /// Works it out, unless the last scan had the same beams.
@@ -37,7 +40,7 @@ impl Sectors {
         for (sector, beam) in self.of_beam.iter_mut().zip(beams) {
             let turn = (libm::atan2f(beam.sin, beam.cos) + PI) / TAU;
             // A hair more, so that beams on borders fall on one side whatever the rounding.
-            *sector = ((turn * SECTORS as f32 + 1e-3) as usize % SECTORS) as u8;
+            *sector = ((turn * self.count as f32 + 1e-3) as usize % self.count) as u8;
         }
     }
 }

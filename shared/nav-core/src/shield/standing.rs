@@ -3,11 +3,12 @@
 use super::grid::Grid;
 use super::kept::{KEPT_MAX, Kept};
 use super::motion::Place;
-use super::sectors::{Beside, Nearest, SECTOR_RAD, SECTORS, View, same_beside};
+use super::sectors::{Beside, Nearest, SECTORS_MAX, View, same_beside};
 use crate::footprint::Footprint;
 use crate::geometry::{Point, Pose};
 use crate::scale::Scale;
 use crate::scan::beams::{Beam, Beams};
+use core::f32::consts::TAU;
 
 /// Kept free around everything that stands, m: for the lidar's noise, which a smaller robot has, too, and a footprint that is
 /// larger than it is said to be, which counts for more with a larger one.
@@ -22,7 +23,7 @@ const KEPT_S: f32 = 0.6;
 /// Scans that follow each other faster share a place, s of the reference robot.
 const APART_S: f32 = 0.06;
 /// The most points.
-const POINTS: usize = SCANS * SECTORS + KEPT_MAX;
+const POINTS: usize = SCANS * SECTORS_MAX + KEPT_MAX;
 /// Neighbouring beams whose ranges differ by more did not hit the same side of a thing, m; more for a larger robot.
 const GAP_M: f32 = 0.15;
 /// Points are looked at in groups of this size.
@@ -42,7 +43,7 @@ pub(super) struct Standing {
     /// When the newest place began, ns.
     begun_ns: u64,
     /// The newest scans' points, newest first.
-    seen: [[Option<Nearest>; SECTORS]; SCANS],
+    seen: [[Option<Nearest>; SECTORS_MAX]; SCANS],
     /// Points of the robot frame, m.
     x_m: [f32; POINTS],
     y_m: [f32; POINTS],
@@ -72,7 +73,7 @@ impl Standing {
             scale: *scale,
             margin_m: margin_m(scale),
             begun_ns: 0,
-            seen: [[None; SECTORS]; SCANS],
+            seen: [[None; SECTORS_MAX]; SCANS],
             x_m: [0.0; POINTS],
             y_m: [0.0; POINTS],
             reach2_m2: [0.0; POINTS],
@@ -91,7 +92,7 @@ impl Standing {
         mut leaving: impl FnMut(Nearest),
     ) {
         let View { beams, sectors, pose, stamp_ns, footprint, mount } = *view;
-        let mut nearest = [(f32::INFINITY, 0); SECTORS];
+        let mut nearest = [(f32::INFINITY, 0); SECTORS_MAX];
         for (index, beam) in beams.as_slice().iter().enumerate() {
             let is_measured = beam.range_m > 0.0 || beam.range_m.is_nan();
             let range_m =
@@ -169,10 +170,9 @@ impl Standing {
         }
     }
 
-    /// How far from a hit the next one may lie, seen by the lidar, rad. Corners fit between hits that a disc does not fit
-    /// between, and a sector keeps but one.
+    /// How far from a hit the next one may lie, seen by the lidar, rad: a sector keeps but one, which counts for corners.
     pub(super) fn spacing_rad(&self, beams: &Beams) -> f32 {
-        let least_rad = if self.footprint.corners().is_some() { SECTOR_RAD } else { 0.0 };
+        let least_rad = if self.footprint.corners().is_some() { TAU / SECTORS_MAX as f32 } else { 0.0 };
         beams.step_rad().max(least_rad)
     }
 
@@ -279,7 +279,7 @@ impl Standing {
 
     /// Forgets what was seen.
     pub(super) fn forget(&mut self) {
-        self.seen = [[None; SECTORS]; SCANS];
+        self.seen = [[None; SECTORS_MAX]; SCANS];
         self.begun_ns = 0;
         self.count = 0;
     }
