@@ -18,6 +18,7 @@
 //! | `sectors.rs`, `standing.rs` | what stands, from the scans of the last moment |
 //! | `kept.rs` | what stood near before that, and no beam has hit since |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
+//! | `lattice.rs` | the commands that are tried, the nearest to the wish first |
 //! | `ways.rs` | the ways to go on that are tried |
 //! | `intervention.rs` | what the gate did, and because of what |
 //! | `danger.rs` | what a command leads to |
@@ -38,6 +39,7 @@ mod danger;
 mod grid;
 mod intervention;
 mod kept;
+mod lattice;
 mod motion;
 mod people;
 mod sectors;
@@ -45,6 +47,7 @@ mod standing;
 mod ways;
 
 pub use self::intervention::{Hazard, Intervention};
+pub use self::lattice::Open;
 pub use self::people::Mover;
 pub use self::standing::{MARGIN_M, margin_m};
 
@@ -64,20 +67,9 @@ use crate::tracker::{TRACKS_MAX, Tracker};
 use crate::twist::Twist;
 use heapless::Vec;
 
-/// Forward speeds that are tried, from standing to the fastest.
-const SPEEDS: usize = 5;
-/// Speeds backwards, likewise, for a robot that can.
-const SPEEDS_BACK: usize = 3;
-/// Turning rates that are tried, from one limit to the other.
-const TURNS: usize = 9;
-const CANDIDATES: usize = (SPEEDS + SPEEDS_BACK - 1) * TURNS;
-/// So many of them at most, which bounds the work of a tick.
+/// So many commands are tried at most, which bounds the work of a tick.
 const TRIED: usize = 20;
-/// What a wish's whole speed is worth...
-const SPEED_COST: f32 = 0.5;
-/// ...its whole turning rate, from straight to the limit...
-const TURN_COST: f32 = 0.1;
-/// ...coming close to somebody at once...
+/// What coming close to somebody at once is worth, as the cost of another command than the wish...
 const CLOSE_COST: f32 = 0.6;
 /// ...touching somebody at the end of the time looked ahead (twice that at once)...
 const TOUCH_COST: f32 = 5.0;
@@ -88,15 +80,6 @@ const STANDING_COST: (f32, f32) = (10.0, 500.0);
 const PEOPLE_MPS: f32 = 2.0;
 /// Hits this near to somebody whose place is given are theirs, m beyond the radius.
 const PERSON_EDGE_M: f32 = 0.1;
-
-/// Where the robot may drive: not where something touches it, or nothing is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Open {
-    /// Forward.
-    pub ahead: bool,
-    /// Backwards.
-    pub behind: bool,
-}
 
 /// The gate.
 #[derive(Clone, Debug)]
@@ -248,7 +231,7 @@ impl Shield {
         };
         let mut best = (danger.cost(&met), wish, true);
         let mut tried = 0;
-        for (away, candidate) in self.candidates(wish, open) {
+        for (away, candidate) in lattice::candidates(&self.robot, wish, open) {
             if away >= best.0 {
                 continue;
             }
@@ -269,31 +252,6 @@ impl Shield {
             return (wish, told.then_some(met.intervention(true)));
         }
         (command, Some(met.intervention(is_forced)))
-    }
-
-    /// Commands to be tried, and how far from the wish each of them is: every second of the lattice first, and of these
-    /// and the others the nearest first.
-    fn candidates(&self, wish: Twist, open: Open) -> Vec<(f32, Twist), CANDIDATES> {
-        let robot = &self.robot;
-        let mut candidates: Vec<_, CANDIDATES> = Vec::new();
-        let share = |part: usize, parts: usize| part as f32 / (parts - 1) as f32;
-        let ahead =
-            (1..SPEEDS).filter(|_| open.ahead).map(|part| (part, robot.linear_max_mps * share(part, SPEEDS)));
-        let behind = (1..SPEEDS_BACK)
-            .filter(|_| open.behind && robot.reverses())
-            .map(|part| (part, robot.linear_min_mps * share(part, SPEEDS_BACK)));
-        for (speed, linear_mps) in core::iter::once((0, 0.0)).chain(ahead).chain(behind) {
-            for turn in 0..TURNS {
-                let angular_radps = robot.angular_max_radps * (2.0 * share(turn, TURNS) - 1.0);
-                let away = SPEED_COST * (linear_mps - wish.linear_mps).abs() / robot.linear_max_mps
-                    + TURN_COST * (angular_radps - wish.angular_radps).abs() / robot.angular_max_radps;
-                let is_between = speed % 2 + turn % 2 > 0;
-                // There is room for all.
-                let _ = candidates.push((is_between, away, Twist::new(linear_mps, angular_radps)));
-            }
-        }
-        candidates.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        candidates.into_iter().map(|(_, away, candidate)| (away, candidate)).collect()
     }
 
     /// Everybody who is followed.
