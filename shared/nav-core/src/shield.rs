@@ -17,6 +17,7 @@
 //! | `people.rs` | where those who move will be, from [`crate::tracker`] |
 //! | `sectors.rs`, `standing.rs` | what stands, from the scans of the last moment |
 //! | `kept.rs` | what stood near before that, and no beam has hit since |
+//! | `patience.rs` | how much of its margin a rectangle keeps that has stood for long |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
 //! | `lattice.rs` | the commands that are tried, the nearest to the wish first |
 //! | `ways.rs` | the ways to go on that are tried |
@@ -41,6 +42,7 @@ mod intervention;
 mod kept;
 mod lattice;
 mod motion;
+mod patience;
 mod people;
 mod sectors;
 mod standing;
@@ -54,9 +56,10 @@ pub use self::standing::{MARGIN_M, margin_m};
 use self::danger::{Danger, Obstacles};
 use self::kept::Kept;
 use self::motion::{Clock, LATE_MAX, UnderWay};
+use self::patience::Patience;
 use self::people::People;
 use self::sectors::{Sectors, View};
-use self::standing::Standing;
+use self::standing::{Room, Standing};
 use crate::geometry::{Point, Pose};
 use crate::messages::LaserScan;
 use crate::scale::Scale;
@@ -101,6 +104,7 @@ pub struct Shield {
     walls: Standing,
     /// What was, longer ago than that.
     kept: Kept,
+    patience: Patience,
     people: People,
 }
 
@@ -123,6 +127,7 @@ impl Shield {
             hits: Standing::new(&scale, &task.robot.footprint),
             walls: Standing::new(&scale, &task.robot.footprint),
             kept: Kept::new(&scale),
+            patience: Patience::new(&scale, &task.robot.footprint),
             people: People::new(),
         }
     }
@@ -142,6 +147,7 @@ impl Shield {
     /// Takes in a scan that was taken with the robot at `pose` (`odom_from_robot`).
     pub fn see(&mut self, scan: &LaserScan, pose: Pose) {
         let stamp_ns = scan.header.stamp_ns;
+        self.patience.see(pose, stamp_ns);
         self.beams.read(scan, self.no_return_m);
         self.sectors.lay_out(&self.beams);
         // Beams and who is followed by them are seen from where the lidar is, courses from where the robot is.
@@ -185,11 +191,12 @@ impl Shield {
 
         // What was hit by one beam may reach up to the next one.
         let (lidar, spacing_rad) = (lidar_pose.position(), self.hits.spacing_rad(&self.beams));
-        self.hits.lay_out(&self.kept, pose, lidar, spacing_rad, stopping_m);
+        let share = self.patience.share();
+        self.hits.lay_out(&self.kept, pose, lidar, Room { share, edge_rad: spacing_rad }, stopping_m);
         if !self.people.is_empty() {
             let far_m = self.robot.linear_max_mps * self.clock.horizon_s() + 2.0 * footprint.circumradius_m();
             // Farther ahead there will be other scans to go by.
-            self.walls.lay_out(&self.kept, pose, lidar, 0.5 * spacing_rad, far_m);
+            self.walls.lay_out(&self.kept, pose, lidar, Room { share, edge_rad: 0.5 * spacing_rad }, far_m);
         }
     }
 
@@ -266,6 +273,7 @@ impl Shield {
         self.hits.forget();
         self.walls.forget();
         self.kept.forget();
+        self.patience.forget();
         self.people = People::new();
     }
 }

@@ -57,6 +57,15 @@ pub(super) struct Standing {
     reach_m: f32,
 }
 
+/// What is kept free around a hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// This share of the margin.
+    pub(super) share: f32,
+    /// And what spans such an angle where it is: so far something may reach unseen, rad.
+    pub(super) edge_rad: f32,
+}
+
 /// What a robot is too near to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bump {
@@ -130,10 +139,11 @@ impl Standing {
         }
     }
 
-    /// Lays the points within `far_m` out for courses of the footprint from `pose`; beside a hit, something may reach so far
-    /// unseen as `edge_rad` spans, seen by the `lidar`, wherever it is now. What is nearer already than it should be may not
+    /// Lays the points within `far_m` out for courses of the footprint from `pose`, with the `room` that each is given, seen
+    /// by the `lidar`, wherever that is now. What is nearer already than it should be may not
     /// come nearer still. What is `kept` counts like what was seen.
-    pub(super) fn lay_out(&mut self, kept: &Kept, pose: Pose, lidar: Point, edge_rad: f32, far_m: f32) {
+    pub(super) fn lay_out(&mut self, kept: &Kept, pose: Pose, lidar: Point, room: Room, far_m: f32) {
+        let (margin_m, edge_rad) = (room.share * self.margin_m, room.edge_rad);
         let radius_m = self.footprint.circumradius_m();
         let is_rectangle = self.footprint.corners().is_some();
         let (sin, cos) = libm::sincosf(pose.yaw_rad);
@@ -150,7 +160,7 @@ impl Standing {
             self.x_m[at] = cos * dx + sin * dy;
             self.y_m[at] = cos * dy - sin * dx;
             let seen_m = if lidar == here { libm::sqrtf(range2_m2) } else { (seen.point - lidar).norm() };
-            let beside_m = self.margin_m + edge_rad * seen_m;
+            let beside_m = margin_m + edge_rad * seen_m;
             let reach_m = radius_m + beside_m;
             if is_rectangle {
                 let present_m = self.footprint.distance_m(Point::new(self.x_m[at], self.y_m[at]));
