@@ -120,6 +120,21 @@ mod tests {
     }
 
     #[test]
+    fn a_robot_is_as_large_as_it_is_wide_or_turns_and_never_tiny() {
+        let rectangle =
+            |front_m, rear_m, half_width_m| Footprint::Rectangle { front_m, rear_m, half_width_m };
+        for (footprint, length) in [
+            (Footprint::circle(0.3), 1.5),
+            (Footprint::circle(0.05), 0.7),
+            // Wide, and long: half of the width, two thirds of the 0.5 m that it turns in.
+            (rectangle(0.1, 0.1, 0.4), 2.0),
+            (rectangle(0.4, 0.2, 0.3), 0.5 / 1.5 / 0.2),
+        ] {
+            assert!((length_of(&footprint) - length).abs() < 1e-6, "{footprint}");
+        }
+    }
+
+    #[test]
     fn each_dimension_has_its_factor() {
         // Twice as large, and a quarter as fast for its size.
         let scale = task(0.4, 0.5, 0.1).scale();

@@ -246,8 +246,8 @@ mod tests {
         let config = Config::parse(text, Profile::Quick).expect("valid");
         let footprint = Footprint::Rectangle { front_m: 0.4, rear_m: 0.1, half_width_m: 0.3 };
         assert_eq!(config.task.robot.footprint, footprint);
-        // The circle that it turns in has a radius of 0.5 m.
-        assert_eq!(config.task.decision.subgoal_distance_m.to_bits(), 5.0_f32.to_bits());
+        // The circle that it turns in has a radius of 0.5 m, of which two thirds are more than half of its width.
+        assert!((config.task.decision.subgoal_distance_m - 10.0 / 3.0).abs() < 1e-5);
         assert_eq!(Config::parse(&config.to_toml(), Profile::Full).expect("valid"), config);
         let old =
             Config::parse("[task.robot]\nradius_m = 0.2", Profile::Quick).expect_err("as it was said once");

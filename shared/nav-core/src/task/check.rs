@@ -151,9 +151,9 @@ mod tests {
     #[test]
     fn limits_are_the_robots_own() {
         let robot = |radius_m| Robot { footprint: Footprint::circle(radius_m), ..Robot::default() };
-        let small = Task::of(robot(0.1));
+        let small = Task::of(robot(0.15));
         let mut task = small;
-        task.decision.subgoal_distance_m = 2.0;
+        task.decision.subgoal_distance_m = 3.0;
         assert!(
             task.validate().is_err_and(|sentence| sentence.contains("20 at most")),
             "20 radii of a small robot"

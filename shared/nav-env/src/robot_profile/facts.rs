@@ -97,13 +97,13 @@ mod tests {
             facts.into_iter().map(|(what, said)| format!("{what} {said}\n")).collect::<String>()
         };
         let agv = text("agv");
-        // 3.605 times as large, half as fast: 7.21 times as long for everything.
+        // Two thirds of 0.721 m: 2.404 times as large, half as fast, 4.81 times as long for everything.
         for part in [
-            "3.61 of",
-            "7.21 of",
-            "an episode lasts 361 s (1803 ticks)",
-            "clutter 50.5 x 50.5 m",
-            "doors 3.61 m",
+            "2.40 of",
+            "4.81 of",
+            "an episode lasts 240 s (1202 ticks)",
+            "clutter 33.7 x 33.7 m",
+            "doors 2.40 m",
         ] {
             assert!(agv.contains(part), "{part}: {agv}");
         }

@@ -229,7 +229,7 @@ fn names_go_there_and_back() {
 fn a_world_is_as_large_as_its_robot_and_its_people_are_as_they_are() {
     for (family, seed) in [(Family::Rooms, 3), (Family::Crowd, 4), (Family::Doorway, 5)] {
         let reference = generate(family, Split::Validation, seed);
-        for (radius_m, factor) in [(0.4, 2.0), (0.1, if family.has_people() { 1.0 } else { 0.5 })] {
+        for (radius_m, factor) in [(0.4, 2.0), (0.1, if family.has_people() { 1.0 } else { 0.7 })] {
             let footprint = Footprint::circle(radius_m);
             let (world, field) = generate_with_field(family, Split::Validation, seed, &footprint);
             let mut expected = reference.clone();
