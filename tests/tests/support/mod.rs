@@ -35,13 +35,22 @@ impl Stage {
 
     /// Apart from every other test, with the model that this repository ships.
     pub fn with_shipped_model() -> Self {
+        Self::with_copy_of(&shipped())
+    }
+
+    /// The same with the model that it ships for a robot.
+    pub fn with_shipped_robot(name: &str) -> Self {
+        Self::with_copy_of(&shipped().join(name))
+    }
+
+    fn with_copy_of(model: &Path) -> Self {
         let stage = Self::new();
-        let shipped = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models"));
         std::fs::remove_dir_all(stage.model()).expect("the fixture is ours");
         std::fs::create_dir(stage.model()).expect("a folder");
-        for entry in std::fs::read_dir(shipped).expect("models/ is there") {
-            let entry = entry.expect("readable");
-            std::fs::copy(entry.path(), stage.model().join(entry.file_name())).expect("copied");
+        for entry in std::fs::read_dir(model).expect("a shipped model").flatten() {
+            if entry.path().is_file() {
+                std::fs::copy(entry.path(), stage.model().join(entry.file_name())).expect("copied");
+            }
         }
         stage
     }
@@ -70,6 +79,22 @@ impl Drop for Stage {
         // Killed programs leave their shared memory behind, and nobody else will come to this stage.
         IpcConfig::in_folder(&self.ipc_root()).expect("a short path").remove_all();
     }
+}
+
+/// Where the shipped models are.
+fn shipped() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../models")
+}
+
+/// Robots, besides the default one, that this repository ships a model for.
+pub fn shipped_robots() -> Vec<String> {
+    let entries = std::fs::read_dir(shipped()).expect("models/ is there").flatten();
+    let mut names: Vec<_> = entries
+        .filter(|entry| entry.path().is_dir())
+        .map(|entry| entry.file_name().into_string().expect("a plain name"))
+        .collect();
+    names.sort();
+    names
 }
 
 /// A JSON file.

@@ -158,9 +158,9 @@ mod tests {
             task.validate().is_err_and(|sentence| sentence.contains("20 at most")),
             "20 radii of a small robot"
         );
-        let fast = Task { control_period_s: 0.001, ..small };
+        let fast = Task { control_period_s: 0.002, ..small };
         assert!(fast.validate().is_ok());
-        let slow = Task { control_period_s: 0.001, ..Task::of(robot(0.8)) };
+        let slow = Task { control_period_s: 0.002, ..Task::of(robot(0.8)) };
         assert!(slow.validate().is_err_and(|sentence| sentence.contains("500th")));
     }
 }
