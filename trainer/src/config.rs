@@ -8,6 +8,7 @@
 use nav_core::manifest::Algorithm;
 use nav_core::reward::{RewardProfile, decomposed, paper};
 use nav_core::task::Task;
+use nav_env::low::Progress;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::Family;
 use serde::{Deserialize, Serialize};
@@ -69,6 +70,8 @@ pub struct Config {
     pub high: HighConfig,
     /// What a run must reach before it may be exported.
     pub gate: GateConfig,
+    /// The learning curve.
+    pub curve: CurveConfig,
 }
 
 /// Stage A: TD3 on random subgoals and real goals.
@@ -109,6 +112,8 @@ pub struct LowConfig {
     pub final_learning_rate_share: f32,
     /// Which reward.
     pub reward: RewardProfile,
+    /// How progress towards the world's goal is measured: `straight`, or `geodesic`, round what stands.
+    pub progress: Progress,
     /// Weights of the profile `decomposed`.
     pub decomposed: decomposed::LowWeights,
     /// Weights of the profile `paper`.
@@ -203,4 +208,14 @@ pub struct GateConfig {
     pub clutter_success: f32,
     /// Share of `u_trap` worlds that the hybrid must solve.
     pub u_trap_success: f32,
+}
+
+/// How the policy is followed on validation worlds while it trains (`curve.csv` in the run's folder).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CurveConfig {
+    /// Points a stage, spread evenly, the last one at its end; 0 draws none.
+    pub points: u32,
+    /// Validation worlds a family, others than those of the gate.
+    pub worlds: u32,
 }

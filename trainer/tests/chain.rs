@@ -32,7 +32,7 @@ fn killed_resumed_exported_and_evaluated() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
     // Long enough to be killed in its second stage.
-    let config = TINY.replace("decisions = 1500", "decisions = 12000");
+    let config = TINY.replace("decisions = 1500", "decisions = 12000") + "[curve]\npoints = 5\nworlds = 2\n";
     std::fs::write(here.join("tiny.toml"), config).expect("written");
 
     let mut child = trainer(here, &["train", "--config", "tiny.toml", "--seed", "7", "--out", "runs/killed"])
@@ -66,6 +66,12 @@ fn killed_resumed_exported_and_evaluated() {
     let scalars = |run: &str| std::fs::read_to_string(here.join(run).join("scalars.csv")).expect("logged");
     let table = scalars("runs/whole");
     assert_eq!(scalars("runs/killed"), table, "what is logged does not depend on the kill");
+    let curve = |run: &str| std::fs::read_to_string(here.join(run).join("curve.csv")).expect("drawn");
+    let drawn = curve("runs/whole");
+    assert_eq!(curve("runs/killed"), drawn, "nor does the learning curve");
+    let points = |of: &str| drawn.lines().filter(|row| row.split(',').nth(1) == Some(of)).count();
+    assert!(drawn.starts_with("step,hybrid,clutter/success,"), "{drawn}");
+    assert_eq!((points("0"), points("1")), (5, 5), "{drawn}");
     for tag in [
         "dqn/q_bias",
         "high/discounted_return",
@@ -91,6 +97,22 @@ fn killed_resumed_exported_and_evaluated() {
     }
     let rows = std::fs::read_to_string(here.join("eval/episodes.csv")).expect("written");
     assert_eq!(rows.lines().count(), 1 + 6 * 2);
+}
+
+#[test]
+fn a_learning_curve_changes_nothing_of_the_training() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let scalars = |name: &str, config: String| {
+        std::fs::write(here.join("tiny.toml"), config).expect("written");
+        let out = format!("runs/{name}");
+        succeed(here, &["train", "--algorithm", "td3", "--config", "tiny.toml", "--out", &out]);
+        std::fs::read_to_string(here.join(out).join("scalars.csv")).expect("logged")
+    };
+    let without = scalars("without", TINY.to_owned());
+    let with = scalars("with", format!("{TINY}[curve]\npoints = 3\nworlds = 1\n"));
+    assert_eq!(with, without);
+    assert!(here.join("runs/with/curve.csv").exists() && !here.join("runs/without/curve.csv").exists());
 }
 
 #[test]

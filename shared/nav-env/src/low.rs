@@ -20,6 +20,7 @@ use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::Outcome;
 use rand::{RngExt, SeedableRng};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -33,6 +34,17 @@ const SUBGOAL_MARGIN_M: f32 = 0.15;
 const CLEARANCE_M: f32 = 0.02;
 /// It is measured so far beyond the farthest subgoal, m of the reference robot.
 const BEYOND_M: f32 = 0.5;
+
+/// How progress towards the world's goal is measured where it is paid. Towards a subgoal the way is straight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Progress {
+    /// By the straight distance: into dead ends, too.
+    #[default]
+    Straight,
+    /// By the shortest way round what stands, which only training knows.
+    Geodesic,
+}
 
 /// What a robot of stage A drives at, and what it is paid for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +61,8 @@ pub struct LowRobotConfig {
     pub n_step: usize,
     /// What it is paid for.
     pub reward: LowReward,
+    /// What counts as progress towards the goal.
+    pub progress: Progress,
 }
 
 /// A return over up to n steps, as stored.
@@ -92,6 +106,8 @@ pub struct LowRobot {
     target: Point,
     target_is_goal: bool,
     target_steps: u32,
+    /// The shortest way to the goal, m, as far as it was known last.
+    way_m: f32,
     last_action: [f32; LOW_ACTION],
     /// Steps of this attempt whose returns are not complete yet, and over how many ticks they go so far.
     pending: VecDeque<(usize, LowTransition)>,
@@ -122,6 +138,7 @@ impl LowRobot {
             target: Point::origin(),
             target_is_goal: false,
             target_steps: 0,
+            way_m: 0.0,
             last_action: [0.0; LOW_ACTION],
             pending: VecDeque::new(),
             ticks_a_step: task.ticks(task.scale().step_s()) as usize,
@@ -141,6 +158,7 @@ impl LowRobot {
         let place = self.places[self.rng.random_range(0..self.places.len())].clone();
         let seed = self.rng.random();
         self.episode.restart(place, seed);
+        self.way_m = self.true_way_m();
         self.last_action = [self.episode.simulation().task().robot.action_at_rest(), 0.0];
         self.choose_target();
     }
@@ -222,7 +240,9 @@ impl LowRobot {
         } else {
             Attempt::Running
         };
-        let reward = self.reward(action, attempt, before, after);
+        let way_m = self.true_way_m();
+        let nearer_m = std::mem::replace(&mut self.way_m, way_m) - way_m;
+        let reward = self.reward(action, attempt, [before, after], nearer_m);
         self.episode.encode_low_towards(self.target, &mut self.observation);
         let is_terminated = matches!(attempt, Attempt::Reached | Attempt::Collided | Attempt::Astray);
         let report = StepReport { reward, attempt, is_terminated };
@@ -264,6 +284,14 @@ impl LowRobot {
         }
     }
 
+    /// The shortest way to the goal, m, or as it was known last; 0 where nobody asks for it.
+    fn true_way_m(&self) -> f32 {
+        match self.config.progress {
+            Progress::Straight => 0.0,
+            Progress::Geodesic => self.episode.way_m().unwrap_or(self.way_m),
+        }
+    }
+
     fn subgoal_steps(&self) -> u32 {
         self.episode.simulation().task().ticks(self.config.subgoal_s)
     }
@@ -277,12 +305,22 @@ impl LowRobot {
         (self.target - after.position()).norm() < reached_m
     }
 
-    fn reward(&self, action: [f32; LOW_ACTION], attempt: Attempt, before: Pose, after: Pose) -> f32 {
+    /// Of a step between two poses that brought the goal nearer by `nearer_m` along the shortest way.
+    fn reward(
+        &self,
+        action: [f32; LOW_ACTION],
+        attempt: Attempt,
+        [before, after]: [Pose; 2],
+        nearer_m: f32,
+    ) -> f32 {
         let distance = |pose: Pose| (self.target - pose.position()).norm();
         let navigator = self.episode.navigator();
         let error_rad = wrap_angle(after.bearing_to(self.target) - after.yaw_rad);
         self.config.reward.of_step(&LowStep {
-            progress_m: distance(before) - distance(after),
+            progress_m: match self.config.progress {
+                Progress::Geodesic if self.target_is_goal => nearer_m,
+                Progress::Geodesic | Progress::Straight => distance(before) - distance(after),
+            },
             target_m: distance(before),
             moved_m: (after.position() - before.position()).norm(),
             direction_error_deg: error_rad.to_degrees(),

@@ -10,7 +10,7 @@ use nav_core::observation::LOW_ACTION;
 use nav_core::reward::{HighReward, LowReward, decomposed};
 use nav_core::task::{ACTION_GOAL, Task};
 use nav_env::high::{HighRobot, HighRobotConfig};
-use nav_env::low::{Attempt, LowRobot, LowRobotConfig, StepReport};
+use nav_env::low::{Attempt, LowRobot, LowRobotConfig, Progress, StepReport};
 use nav_env::robot::SimulatedRobot;
 use nav_env::worlds::Place;
 use nav_sim::disturbance::Disturbance;
@@ -48,6 +48,7 @@ fn attempts(localiser: Localiser) -> Vec<(Attempt, bool, f32)> {
         discount: 0.98,
         n_step: 1,
         reward: LowReward::Decomposed(decomposed::LowWeights::default()),
+        progress: Progress::Straight,
     };
     let mut robot = LowRobot::new(config, hall(), &Task::default(), &drifting(localiser), 3);
     let mut network = homing();

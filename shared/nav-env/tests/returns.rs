@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nav_core::observation::LOW_ACTION;
 use nav_core::reward::{LowReward, decomposed};
 use nav_core::task::Task;
-use nav_env::low::{Attempt, LowRobot, LowRobotConfig, LowTransition};
+use nav_env::low::{Attempt, LowRobot, LowRobotConfig, LowTransition, Progress};
 use nav_env::worlds::generate_places;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::{Family, Split};
@@ -36,6 +36,7 @@ fn drive_as(task: &Task, n_step: usize) -> (Vec<LowTransition>, Vec<Ticked>) {
         discount: DISCOUNT,
         n_step,
         reward: LowReward::Decomposed(decomposed::LowWeights::default()),
+        progress: Progress::Straight,
     };
     let mut robot = LowRobot::new(config, places, task, &Disturbance::trained(), 7);
     let (mut transitions, mut ticks) = (Vec::new(), Vec::new());

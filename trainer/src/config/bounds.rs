@@ -112,6 +112,8 @@ pub const BOUNDS: &[Bound] = &[
     bound("gate.people_collision_beyond_reactive", "", 0.0, 1.0),
     bound("gate.clutter_success", "", 0.0, 1.0),
     bound("gate.u_trap_success", "", 0.0, 1.0),
+    bound("curve.points", "points a stage", 0.0, 1000.0),
+    bound("curve.worlds", "worlds a family", 1.0, WORLDS_MAX),
 ];
 
 impl Bound {

@@ -3,10 +3,11 @@
 use nav_core::manifest::Algorithm;
 use nav_core::reward::{RewardProfile, decomposed, paper};
 use nav_core::task::Task;
+use nav_env::low::Progress;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::families::Family;
 
-use super::{CollapseConfig, Config, GateConfig, HighConfig, LowConfig, Profile};
+use super::{CollapseConfig, Config, CurveConfig, GateConfig, HighConfig, LowConfig, Profile};
 use crate::dqn::DqnConfig;
 use crate::td3::Td3Config;
 
@@ -35,6 +36,7 @@ impl Config {
             low: LowConfig::of(&task),
             high: HighConfig::of(&task),
             gate: GateConfig::default(),
+            curve: CurveConfig::default(),
         };
         if profile == Profile::Full {
             config.worlds_per_family = 1_000;
@@ -92,6 +94,7 @@ impl LowConfig {
             subgoal_s: scale.s(8.0),
             final_learning_rate_share: 0.1,
             reward: RewardProfile::Decomposed,
+            progress: Progress::Straight,
             decomposed: decomposed::LowWeights::of(task),
             paper: paper::LowWeights::default(),
             collapse: CollapseConfig::default(),
@@ -151,6 +154,12 @@ impl HighConfig {
             deviation_margins: vec![0.0, 0.1, 0.25, 0.5],
             dqn: DqnConfig { hidden: vec![64, 64], ..DqnConfig::default() },
         }
+    }
+}
+
+impl Default for CurveConfig {
+    fn default() -> Self {
+        Self { points: 0, worlds: 20 }
     }
 }
 

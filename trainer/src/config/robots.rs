@@ -24,6 +24,7 @@ impl LowConfig {
             discount: self.discount,
             n_step: self.n_step,
             reward: self.paid(),
+            progress: self.progress,
         }
     }
 }

@@ -65,13 +65,15 @@ pub struct Networks<'a> {
     pub scorer: Option<&'a Weights>,
 }
 
-/// What validation worlds are for: no world both chooses and judges.
+/// What validation worlds are for: no world is for two of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// To choose the deviation margin.
     Choose,
     /// To judge the policy.
     Judge,
+    /// To draw the learning curve.
+    Follow,
 }
 
 /// Validation worlds of every family that a run trains its top level on.
@@ -86,6 +88,7 @@ pub fn validation_places(config: &Config, purpose: Purpose) -> Vec<Place> {
     let seeds = match purpose {
         Purpose::Choose => 0..choosing,
         Purpose::Judge => choosing..choosing + judging,
+        Purpose::Follow => choosing + judging..choosing + judging + u64::from(config.curve.worlds),
     };
     generate_places(&families, Split::Validation, seeds, &config.task.robot.footprint)
 }
@@ -172,7 +175,7 @@ pub fn merit(scores: &[FamilyScore]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::GateConfig;
+    use crate::config::{CurveConfig, GateConfig};
 
     #[test]
     fn shares_add_up_and_none_is_negative() {
@@ -185,17 +188,22 @@ mod tests {
     }
 
     #[test]
-    fn no_world_both_chooses_and_judges() {
+    fn no_world_is_for_two_purposes() {
         let config = Config {
             gate: GateConfig { worlds: 3, choosing_worlds: 2, ..GateConfig::default() },
+            curve: CurveConfig { worlds: 4, ..CurveConfig::default() },
             ..Config::default()
         };
         let names = |purpose| {
             let places = validation_places(&config, purpose);
             places.iter().map(|place| place.world.name.clone()).collect::<Vec<_>>()
         };
-        let (choose, judge) = (names(Purpose::Choose), names(Purpose::Judge));
-        assert_eq!((choose.len() % 2, judge.len() % 3), (0, 0));
-        assert!(!choose.is_empty() && choose.iter().all(|name| !judge.contains(name)));
+        let all = [Purpose::Choose, Purpose::Judge, Purpose::Follow].map(names);
+        assert_eq!((all[0].len() % 2, all[1].len() % 3, all[2].len() % 4), (0, 0, 0));
+        let mut names = all.concat();
+        let count = names.len();
+        names.sort();
+        names.dedup();
+        assert!(all.iter().all(|names| !names.is_empty()) && names.len() == count);
     }
 }

@@ -9,6 +9,7 @@ use nav_host::terminal::{note, warn};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
+use super::curve::Curve;
 use super::gate::{self, Networks, Purpose};
 use super::going_on;
 use super::learners::Learners;
@@ -60,6 +61,7 @@ pub struct Run {
     config: Config,
     store: CheckpointStore,
     log: ScalarLog,
+    curve: Option<Curve>,
     stop: Stop,
     meta: Meta,
     /// The policy whose low level is used, if none is trained.
@@ -128,12 +130,14 @@ impl Run {
         let step = newest.checkpoint.as_ref().map_or(0, Checkpoint::step);
         let log = ScalarLog::open(folder.path(), step)
             .with_context(|| format!("cannot write logs into {}", folder.path().display()))?;
+        let curve = Curve::open(&config, folder.path(), step)?;
         let now = Instant::now();
         Ok(Self {
             folder,
             config,
             store,
             log,
+            curve,
             stop,
             meta,
             borrowed,

@@ -5,6 +5,7 @@
 //! | `config.toml` | every field of the configuration |
 //! | `checkpoints/` | the newest training states |
 //! | `scalars.csv`, `events.*` | scalars over environment steps |
+//! | `curve.csv` | how the policy did on validation worlds meanwhile, if that was wanted (`curve.points`) |
 //! | `lock` | nothing; held by the process that trains |
 //! | `low.bin` | the policy whose low level is used, if none is trained |
 //! | `attempts.toml` | which attempt of how many it is, and the seeds tried before; none if it is the only one |

@@ -8,8 +8,9 @@ use std::time::{Duration, Instant};
 use super::{End, Meta, Run};
 use crate::checkpoint::{Checkpoint, Contents};
 use crate::logs::{Progress, ScalarLog};
+use crate::train::curve::Curve;
 use crate::train::learners::Learners;
-use crate::train::plan::StagePlan;
+use crate::train::plan::{Learns, StagePlan};
 use crate::train::stage::{STAGE, Stage};
 
 /// Time between two checkpoints.
@@ -47,6 +48,7 @@ impl Run {
             None => {}
         }
         let mut progress = Progress::new(plan.name, plan.budget);
+        let mut point = self.point(plan, stage, learners);
         while !stage.is_finished() {
             if let Err(error) = stage.round(learners)
                 && let Some(failed) = self.roll_back(plan, stage, learners, &error)?
@@ -54,6 +56,13 @@ impl Run {
                 progress.finish();
                 return Ok(Some(failed));
             }
+            let reached = self.point(plan, stage, learners);
+            if reached > point
+                && let Err(error) = self.draw(plan, stage, learners)
+            {
+                progress.warn(&format!("warning: {error:#}; training goes on"));
+            }
+            point = reached;
             progress.update(stage.status(learners));
             let collapse = stage.collapse(learners);
             let step = self.step(stage, learners);
@@ -89,6 +98,22 @@ impl Run {
         }
         progress.finish();
         Ok(None)
+    }
+
+    /// The last point of the learning curve in this stage.
+    fn point(&self, plan: &StagePlan, stage: &dyn Stage, learners: &Learners) -> Option<u64> {
+        let curve = self.curve.as_ref()?;
+        Some(curve.point(stage.status(learners).position, plan.budget))
+    }
+
+    /// Draws a point of the learning curve, which costs no training time.
+    fn draw(&mut self, plan: &StagePlan, stage: &dyn Stage, learners: &Learners) -> Result<()> {
+        let step = self.step(stage, learners);
+        let Some(curve) = &mut self.curve else { return Ok(()) };
+        let begun = Instant::now();
+        let drawn = curve.draw(&self.config, step, plan.learns == Learns::High, learners);
+        self.begun += begun.elapsed();
+        drawn
     }
 
     /// Environment steps of the run so far.
@@ -145,6 +170,7 @@ impl Run {
         self.logged_step = checkpoint.step();
         self.log =
             ScalarLog::open(self.folder.path(), checkpoint.step()).context("cannot reopen the logs")?;
+        self.curve = Curve::open(&self.config, self.folder.path(), checkpoint.step())?;
         Ok(None)
     }
 }
