@@ -133,6 +133,11 @@ fn the_numbers_are_those_of_the_rows() {
     // One classical policy: no test over seeds, but one over worlds.
     let pair = analysis.paired.iter().find(|pair| pair.contrast.family == "maze").expect("a pair");
     assert!(pair.success_p < 1e-3 && pair.wins[0] > 20);
+    // Times are of worlds that both solved, and some seed of the hybrid solved each.
+    let time = pair.quantities.iter().find(|quantity| quantity.name.starts_with("time")).expect("times");
+    let solved = maze(&support::rows("reactive", None, "on")) * 30.0;
+    assert_eq!(time.worlds, solved.round() as usize);
+    assert!(time.worlds > 0 && time.worlds < 15, "{}", time.worlds);
     let [hybrid, td3] = &analysis.curves[..] else { panic!("two methods have curves") };
     assert!(hybrid.return_follows_success > Some(0.9) && td3.return_follows_success < Some(-0.9));
     assert!(analysis.budget[1].complaints[0].contains("took 500000 environment steps"));
@@ -208,4 +213,18 @@ fn figures_of_all_methods_leave_ablations_to_their_table() {
     assert!(!figure.contains("The hybrid&apos;s TD3") && !figure.contains("The hybrid's TD3"));
     let table = fs::read_to_string(stage.path("out/ablation.csv")).expect("a table");
     assert!(table.contains("The hybrid's TD3"), "{table}");
+}
+
+/// What was not driven makes no other result stronger.
+#[test]
+fn a_primary_without_rows_counts_in_the_correction() {
+    let stage = Stage::new();
+    for seed in 1..=support::SEEDS {
+        fs::remove_file(stage.path(&format!("rows/td3/seed-{seed}/on.csv.gz"))).expect("removed");
+    }
+    let analysis = analysis(&stage);
+    let [off, on] = &analysis.primaries[..] else { panic!("two primaries") };
+    assert!(on.found.is_none() && on.holm.is_none());
+    let p = off.found.as_ref().and_then(|found| found.p).expect("tested");
+    assert!((off.holm.expect("corrected") - 2.0 * p).abs() < 1e-15);
 }
