@@ -5,22 +5,23 @@
 //! |---|---|
 //! | observation | [`nav_core::observation`], low level, 82 numbers |
 //! | action | forward speed and turning rate, each in [-1, 1] |
-//! | reward | [`LowReward`] |
+//! | reward | [`LowReward`](nav_core::reward::LowReward) |
 //! | terminated | target reached, or collision, or a wrong belief to be at the goal |
 //! | truncated | target given up after `subgoal_s`, or the episode's time over |
 
 mod attempt;
+mod config;
 
 pub use self::attempt::Attempt;
+pub use self::config::{LowRobotConfig, Progress};
 
 use nav_core::geometry::{Point, Pose, wrap_angle};
 use nav_core::observation::{LOW_ACTION, LOW_OBSERVATION};
-use nav_core::reward::{LowReward, LowStep};
+use nav_core::reward::LowStep;
 use nav_core::task::Task;
 use nav_sim::disturbance::Disturbance;
 use nav_sim::simulation::Outcome;
 use rand::{RngExt, SeedableRng};
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -34,36 +35,6 @@ const SUBGOAL_MARGIN_M: f32 = 0.15;
 const CLEARANCE_M: f32 = 0.02;
 /// It is measured so far beyond the farthest subgoal, m of the reference robot.
 const BEYOND_M: f32 = 0.5;
-
-/// How progress towards the world's goal is measured where it is paid. Towards a subgoal the way is straight.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Progress {
-    /// By the straight distance: into dead ends, too.
-    #[default]
-    Straight,
-    /// By the shortest way round what stands, which only training knows.
-    Geodesic,
-}
-
-/// What a robot of stage A drives at, and what it is paid for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LowRobotConfig {
-    /// Share of targets that are the world's goal; the rest are random subgoals.
-    pub goal_share: f32,
-    /// Distance of random subgoals, `[least, most]`, m.
-    pub subgoal_m: [f32; 2],
-    /// Time after which a subgoal is given up (truncated), s.
-    pub subgoal_s: f32,
-    /// Discount of a step.
-    pub discount: f32,
-    /// Ticks of a return before it bootstraps.
-    pub n_step: usize,
-    /// What it is paid for.
-    pub reward: LowReward,
-    /// What counts as progress towards the goal.
-    pub progress: Progress,
-}
 
 /// A return over up to n steps, as stored.
 #[derive(Clone, Debug)]

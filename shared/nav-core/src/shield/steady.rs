@@ -61,7 +61,7 @@ impl Steady {
                 continue;
             }
             let is_hit = beam.is_hit() || beam.range_m == 0.0;
-            let range_m = if beam.is_hit() { beam.range_m } else { range_min_m - NEARER_M };
+            let range_m = if beam.range_m >= range_min_m { beam.range_m } else { range_min_m - NEARER_M };
             if mean.is_hit() && is_hit && (range_m - mean.range_m).abs() <= APART_M {
                 *scans = (*scans + 1).min(SCANS_MAX);
                 mean.range_m += (range_m - mean.range_m) / f32::from(*scans);
