@@ -12,7 +12,7 @@
 mod attempt;
 mod config;
 
-pub use self::attempt::Attempt;
+pub use self::attempt::{Attempt, StepReport};
 pub use self::config::{LowRobotConfig, Progress};
 
 use nav_core::geometry::{Point, Pose, wrap_angle};
@@ -49,17 +49,6 @@ pub struct LowTransition {
     pub discount: f32,
     /// Raw observation up to n steps later.
     pub next_observation: [f32; LOW_OBSERVATION],
-}
-
-/// What a step led to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepReport {
-    /// What it earned.
-    pub reward: f32,
-    /// How the attempt stands.
-    pub attempt: Attempt,
-    /// Whether it ended the attempt for good, so that nothing follows.
-    pub is_terminated: bool,
 }
 
 /// A robot of stage A.

@@ -1,4 +1,4 @@
-//! How an attempt at a target can end.
+//! How an attempt at a target can end, and what is told of a step of it.
 
 /// How an attempt at a target ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,4 +15,15 @@ pub enum Attempt {
     GivenUp,
     /// The episode ended on the way to a subgoal (truncated): says nothing about the policy.
     Cut,
+}
+
+/// What a step led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepReport {
+    /// What it earned.
+    pub reward: f32,
+    /// How the attempt stands.
+    pub attempt: Attempt,
+    /// Whether it ended the attempt for good, so that nothing follows.
+    pub is_terminated: bool,
 }
