@@ -34,8 +34,8 @@
 //! two beams at the distance that stopping takes, nothing above or below the plane. People may walk faster than the robot
 //! can get out of their way, turn into it at arm's length, or come from where the robot cannot go. At 1.5 m/s and 2.5 rad/s
 //! wishes that ram may still graze something (the property test allows 4 in 1,000; at 1 m/s and 1 rad/s none). A base that slips, a
-//! lidar that errs by more than [`margin_m`], or one that obeys later than its
-//! [`latency_s`](crate::task::Robot::latency_s) breaks the promise for what stands, too. It is no certified safety function.
+//! lidar that errs by more than [`margin_m`] (for a rectangle that has stood, by more than 0.35 of it), or one that obeys later
+//! than its [`latency_s`](crate::task::Robot::latency_s) breaks the promise for what stands, too. It is no certified safety function.
 
 mod danger;
 mod grid;
@@ -154,7 +154,7 @@ impl Shield {
         let stamp_ns = scan.header.stamp_ns;
         self.patience.see(pose, stamp_ns);
         self.beams.read(scan, self.no_return_m);
-        self.steady.see(&self.beams, pose, scan.range_min_m);
+        self.steady.see(&self.beams, pose, stamp_ns, scan.range_min_m);
         self.sectors.lay_out(&self.beams);
         // Beams and who is followed by them are seen from where the lidar is, courses from where the robot is.
         let lidar_pose = self.lidar.pose(pose);

@@ -25,6 +25,7 @@ const SCANS_MAX: u16 = 50;
 pub(super) struct Steady {
     is_used: bool,
     since: Option<Pose>,
+    stamp_ns: u64,
     means: Beams,
     scans: [u16; MAX_BEAMS],
 }
@@ -33,15 +34,18 @@ impl Steady {
     /// Before the first scan.
     pub(super) fn new(footprint: &Footprint) -> Self {
         let is_used = footprint.corners().is_some();
-        Self { is_used, since: None, means: Beams::new(), scans: [0; MAX_BEAMS] }
+        Self { is_used, since: None, stamp_ns: 0, means: Beams::new(), scans: [0; MAX_BEAMS] }
     }
 
     /// Takes in the beams of a scan that was taken with the robot at `pose`. What is nearer than `range_min_m` cannot be
-    /// measured: something that is just so far away now and then seems to be nearer.
-    pub(super) fn see(&mut self, beams: &Beams, pose: Pose, range_min_m: f32) {
-        if !self.is_used {
+    /// measured: something that is just so far away now and then seems to be nearer. The same stamp again changes nothing:
+    /// a scan that is looked at twice is not two.
+    pub(super) fn see(&mut self, beams: &Beams, pose: Pose, stamp_ns: u64, range_min_m: f32) {
+        let is_same = self.since.is_some() && stamp_ns == self.stamp_ns;
+        if !self.is_used || is_same {
             return;
         }
+        self.stamp_ns = stamp_ns;
         let stands = self.since.is_some_and(|since| {
             (pose.position() - since.position()).norm() <= STANDS.0
                 && wrap_angle(pose.yaw_rad - since.yaw_rad).abs() <= STANDS.1
@@ -114,7 +118,8 @@ mod tests {
         let mut beams = Beams::new();
         for range_m in ranges_m {
             beams.read(&LaserScan::of(&Lidar::default(), |_| *range_m), f32::INFINITY);
-            steady.see(&beams, pose, Lidar::default().range_min_m);
+            let stamp_ns = steady.stamp_ns + 1;
+            steady.see(&beams, pose, stamp_ns, Lidar::default().range_min_m);
         }
         steady.beams(&beams).as_slice()[5].range_m
     }
@@ -156,6 +161,17 @@ mod tests {
         assert!(!steady.knows_better(at(0.35), here), "something in front of it");
         seen(&mut steady, &[f32::INFINITY; 9], here);
         assert!(!steady.knows_better(at(0.45), here), "nothing is there: who kept it knows why");
+    }
+
+    #[test]
+    fn a_scan_that_is_looked_at_twice_is_not_two() {
+        let (mut steady, here, mut beams) = (Steady::new(&BOX), Pose::default(), Beams::new());
+        for (stamp_ns, range_m) in [(1, 0.5), (2, 0.56), (2, 0.56), (2, 0.56), (2, 0.56)] {
+            beams.read(&LaserScan::of(&Lidar::default(), |_| range_m), f32::INFINITY);
+            steady.see(&beams, here, stamp_ns, 0.05);
+        }
+        assert!((steady.beams(&beams).as_slice()[5].range_m - 0.53).abs() < 1e-6);
+        assert!(!steady.knows_better(Point::new(0.5, 0.0), here), "two scans are few");
     }
 
     #[test]
