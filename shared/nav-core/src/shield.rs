@@ -17,6 +17,7 @@
 //! | `people.rs` | where those who move will be, from [`crate::tracker`] |
 //! | `sectors.rs`, `standing.rs` | what stands, from the scans of the last moment |
 //! | `kept.rs` | what stood near before that, and no beam has hit since |
+//! | `nose.rs` | how near a rectangle may come to what is ahead of it, to be able to turn |
 //! | `steady.rs` | what a rectangle sees that stands, without the noise of single scans |
 //! | `patience.rs` | how much of its margin a rectangle keeps that has stood for long |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
@@ -43,6 +44,7 @@ mod intervention;
 mod kept;
 mod lattice;
 mod motion;
+mod nose;
 mod patience;
 mod people;
 mod sectors;

@@ -3,6 +3,7 @@
 use super::grid::Grid;
 use super::kept::{KEPT_MAX, Kept};
 use super::motion::Place;
+use super::nose::Nose;
 use super::sectors::{Beside, Nearest, SECTORS_MAX, View, same_beside};
 use crate::footprint::Footprint;
 use crate::geometry::{Point, Pose};
@@ -51,6 +52,9 @@ pub(super) struct Standing {
     reach2_m2: [f32; POINTS],
     /// ...which it is within this distance of the outline, m.
     near_m: [f32; POINTS],
+    /// How near each may come to the point that a rectangle turns about when it is ahead, m.
+    ahead_m: [f32; POINTS],
+    nose: Nose,
     footprint: Footprint,
     count: usize,
     /// How far away the last of them may be touched, m.
@@ -87,6 +91,8 @@ impl Standing {
             y_m: [0.0; POINTS],
             reach2_m2: [0.0; POINTS],
             near_m: [0.0; POINTS],
+            ahead_m: [0.0; POINTS],
+            nose: Nose::of(footprint),
             footprint: *footprint,
             count: 0,
             reach_m: 0.0,
@@ -163,8 +169,10 @@ impl Standing {
             let beside_m = margin_m + edge_rad * seen_m;
             let reach_m = radius_m + beside_m;
             if is_rectangle {
-                let present_m = self.footprint.distance_m(Point::new(self.x_m[at], self.y_m[at]));
-                self.near_m[at] = beside_m.min(present_m - HAIR * self.footprint.half_width_m());
+                let now = Point::new(self.x_m[at], self.y_m[at]);
+                let hair_m = HAIR * self.footprint.half_width_m();
+                self.near_m[at] = beside_m.min(self.footprint.distance_m(now) - hair_m);
+                self.ahead_m[at] = self.nose.nearest_m(now, beside_m, hair_m);
                 self.reach2_m2[at] = reach_m * reach_m;
             } else {
                 self.reach2_m2[at] = (reach_m * reach_m).min(range2_m2 * 0.9998);
@@ -176,6 +184,7 @@ impl Standing {
             (self.x_m[self.count], self.y_m[self.count]) = (0.0, 0.0);
             self.reach2_m2[self.count] = 0.0;
             self.near_m[self.count] = f32::NEG_INFINITY;
+            self.ahead_m[self.count] = 0.0;
             self.count += 1;
         }
     }
@@ -243,6 +252,9 @@ impl Standing {
                 let near_m = self.near_m[first + lane];
                 let inside_m = along.max(across).min(0.0);
                 touched |= inside_m < near_m.min(0.0) || (near_m > 0.0 && away_m < near_m * near_m);
+                let nearest_m = self.ahead_m[first + lane];
+                touched |= self.nose.is_before(ahead, aside)
+                    && ahead * ahead + aside * aside < nearest_m * nearest_m;
             }
             if touched {
                 return true;
@@ -258,7 +270,10 @@ impl Standing {
         if self.footprint.corners().is_some() {
             for at in 0..self.count {
                 let seen = place.seen((self.x_m[at], self.y_m[at]));
-                let depth_m = self.near_m[at] - self.footprint.distance_m(Point::new(seen.0, seen.1));
+                let mut depth_m = self.near_m[at] - self.footprint.distance_m(Point::new(seen.0, seen.1));
+                if self.nose.is_before(seen.0, seen.1) {
+                    depth_m = depth_m.max(self.ahead_m[at] - libm::hypotf(seen.0, seen.1));
+                }
                 if depth_m > worst.depth_m {
                     worst = Bump { at_m: (self.x_m[at], self.y_m[at]), depth_m };
                 }
