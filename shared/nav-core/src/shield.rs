@@ -18,7 +18,6 @@
 //! | `sectors.rs`, `standing.rs` | what stands, from the scans of the last moment |
 //! | `kept.rs` | what stood near before that, and no beam has hit since |
 //! | `nose.rs` | how near a rectangle may come to what is ahead of it, to be able to turn |
-//! | `steady.rs` | what a rectangle sees that stands, without the noise of single scans |
 //! | `patience.rs` | how much of its margin a rectangle keeps that has stood for long |
 //! | `grid.rs` | of that, a map that answers most questions with one bit |
 //! | `lattice.rs` | the commands that are tried, the nearest to the wish first |
@@ -28,8 +27,8 @@
 //!
 //! **Shapes.** A disc is judged by where its centre goes. A rectangle is judged by its outline, turned as it will be: when it
 //! turns on the spot its corners sweep, so that a turn, too, must be one that it can still stop, and it has stopped only when it
-//! turns no more. Where nothing is free, as everywhere, what is near already may not come nearer still, and so the way out is
-//! the way in.
+//! turns no more. Ahead it keeps so much room that it can turn. Where nothing is free, as everywhere, what is near already may
+//! not come nearer still, and so the way out is the way in.
 //!
 //! **What it cannot promise.** It knows what the lidar shows: nothing behind corners, nothing narrower than the gap between
 //! two beams at the distance that stopping takes, nothing above or below the plane. People may walk faster than the robot
@@ -49,7 +48,6 @@ mod patience;
 mod people;
 mod sectors;
 mod standing;
-mod steady;
 mod ways;
 
 pub use self::intervention::{Hazard, Intervention};
@@ -64,7 +62,6 @@ use self::patience::Patience;
 use self::people::People;
 use self::sectors::{Sectors, View};
 use self::standing::{Room, Standing};
-use self::steady::Steady;
 use crate::geometry::{Point, Pose};
 use crate::messages::LaserScan;
 use crate::scale::Scale;
@@ -110,7 +107,6 @@ pub struct Shield {
     /// What was, longer ago than that.
     kept: Kept,
     patience: Patience,
-    steady: Steady,
     people: People,
 }
 
@@ -134,7 +130,6 @@ impl Shield {
             walls: Standing::new(&scale, &task.robot.footprint),
             kept: Kept::new(&scale),
             patience: Patience::new(&scale, &task.robot.footprint),
-            steady: Steady::new(&task.robot.footprint),
             people: People::new(),
         }
     }
@@ -156,7 +151,6 @@ impl Shield {
         let stamp_ns = scan.header.stamp_ns;
         self.patience.see(pose, stamp_ns);
         self.beams.read(scan, self.no_return_m);
-        self.steady.see(&self.beams, pose, stamp_ns, scan.range_min_m);
         self.sectors.lay_out(&self.beams);
         // Beams and who is followed by them are seen from where the lidar is, courses from where the robot is.
         let lidar_pose = self.lidar.pose(pose);
@@ -176,7 +170,7 @@ impl Shield {
         let far_m = (self.robot.linear_max_mps + PEOPLE_MPS) * self.clock.horizon_s();
         self.people.foresee(&self.movers, pose, &self.clock, &self.robot, far_m);
 
-        let (beams, sectors) = (self.steady.beams(&self.beams), &self.sectors);
+        let (beams, sectors) = (&self.beams, &self.sectors);
         let (footprint, mount) = (&self.robot.footprint, &self.lidar.mount);
         let view = View { beams, sectors, pose: lidar_pose, stamp_ns, footprint, mount };
         self.hits.see(&view, |_| false, |_| {});
@@ -196,7 +190,6 @@ impl Shield {
         self.walls.see(&view, is_person, leaving);
         let stopping_m = self.stopping_m();
         self.kept.look_again(&self.beams, lidar_pose, stamp_ns, stopping_m);
-        self.kept.forget_where(|point| self.steady.knows_better(point, lidar_pose));
 
         // What was hit by one beam may reach up to the next one.
         let (lidar, spacing_rad) = (lidar_pose.position(), self.hits.spacing_rad(&self.beams));
@@ -283,7 +276,6 @@ impl Shield {
         self.walls.forget();
         self.kept.forget();
         self.patience.forget();
-        self.steady.forget();
         self.people = People::new();
     }
 }

@@ -109,16 +109,6 @@ impl Beams {
         &self.beams
     }
 
-    /// All of them, for who knows their ranges better.
-    pub(crate) fn as_mut_slice(&mut self) -> &mut [Beam] {
-        &mut self.beams
-    }
-
-    /// Whether beams of the same number look in the same directions.
-    pub(crate) fn is_laid_out_as(&self, other: &Self) -> bool {
-        self.layout == other.layout
-    }
-
     /// Between neighbouring beams, rad.
     pub fn step_rad(&self) -> f32 {
         self.step_rad

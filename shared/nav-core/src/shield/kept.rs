@@ -67,11 +67,6 @@ impl Kept {
         });
     }
 
-    /// Forgets those that are `known_better`.
-    pub(super) fn forget_where(&mut self, known_better: impl Fn(Point) -> bool) {
-        self.points.retain(|kept| !known_better(kept.point));
-    }
-
     /// All of them.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Nearest> {
         self.points.iter()
