@@ -5,6 +5,7 @@
 //! gets its file and a line in [`Rival`].
 
 mod follow;
+mod grid;
 
 pub mod planner;
 pub mod reactive;
