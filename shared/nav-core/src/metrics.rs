@@ -9,13 +9,17 @@
 //! | smoothness | 1 | mean over steps of 1 - min(change of heading / 90 degrees, 1), the paper's R_smooth without its 0.1 |
 //! | log jerk | 1 | -ln of the dimensionless squared jerk of the speed (Balasubramanian et al. 2015); higher is smoother |
 //! | clearance | m | smallest and mean distance from the footprint to anything |
+//! | distance left | m | straight line from where the robot ended to the goal |
 //! | time to collision | s | smallest at the velocities of the moment |
 //! | stood at the end | s | for so long the robot had been within 0.15 m of one place when the episode ended |
 //! | spin | 1 | share of steps whose last 2 s moved less than 0.25 m net and turned more than 0.4 of what the robot can |
 //!
 //! The metres and seconds of the last two are those of the reference robot ([`crate::scale`]).
+//!
+//! Formulas, and vectors for other implementations: `conformance/metrics/README.md` of this crate. Where other libraries
+//! differ: `METRICS.md`.
 
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Point, Pose, wrap_angle};
 use crate::scale::Scale;
 use crate::task::Task;
 use heapless::Deque;
@@ -85,6 +89,8 @@ pub struct EpisodeMetrics {
     pub geodesic_m: Option<f32>,
     /// Straight line from start to goal, m.
     pub euclidean_m: f32,
+    /// Straight line from where the robot ended to the goal, m.
+    pub distance_left_m: f32,
     /// Success weighted by path length; absent without a shortest way.
     pub spl: Option<f32>,
     /// Geodesic over path length, at most 1; of successes only.
@@ -112,6 +118,9 @@ pub struct EpisodeMetrics {
 pub struct EpisodeRecorder {
     period_s: f32,
     scale: Scale,
+    goal: Point,
+    /// From the start to the goal, m.
+    euclidean_m: f32,
     last: Pose,
     last_speed_mps: f32,
     last_acceleration_mps2: Option<f32>,
@@ -136,12 +145,14 @@ pub struct EpisodeRecorder {
 }
 
 impl EpisodeRecorder {
-    /// An episode of a task that starts at `start`.
-    pub fn new(start: Pose, task: &Task) -> Self {
+    /// An episode of a task that leads from `start` to `goal`, world frame.
+    pub fn new(start: Pose, goal: Point, task: &Task) -> Self {
         let (period_s, scale) = (task.control_period_s, task.scale());
         Self {
             period_s,
             scale,
+            goal,
+            euclidean_m: (goal - start.position()).norm(),
             last: start,
             last_speed_mps: 0.0,
             last_acceleration_mps2: None,
@@ -205,14 +216,12 @@ impl EpisodeRecorder {
         }
     }
 
-    /// The metrics, given how it ended, the shortest way (if there is one) and the goal's straight distance from the
-    /// start, m.
+    /// The metrics, given how it ended and the shortest way, m (if there is one).
     pub fn finish(
         &self,
         end: EpisodeEnd,
         hit_while_standing: bool,
         geodesic_m: Option<f32>,
-        euclidean_m: f32,
     ) -> EpisodeMetrics {
         let steps = self.steps.max(1) as f32;
         let is_success = end == EpisodeEnd::Success;
@@ -227,10 +236,11 @@ impl EpisodeRecorder {
             time_s,
             path_m: self.path_m,
             geodesic_m,
-            euclidean_m,
+            euclidean_m: self.euclidean_m,
+            distance_left_m: (self.goal - self.last.position()).norm(),
             spl: geodesic_m.map(|geodesic_m| if is_success { efficiency(geodesic_m) } else { 0.0 }),
             path_efficiency: geodesic_m.filter(|_| is_success).map(efficiency),
-            path_efficiency_euclidean: is_success.then(|| efficiency(euclidean_m)),
+            path_efficiency_euclidean: is_success.then(|| efficiency(self.euclidean_m)),
             smoothness: self.turn_smoothness_sum / steps,
             log_jerk: (dimensionless.is_finite() && dimensionless > 0.0).then(|| -libm::logf(dimensionless)),
             clearance_min_m: if self.steps == 0 { 0.0 } else { self.clearance_min_m },
@@ -250,8 +260,11 @@ mod tests {
     use super::*;
     use crate::twist::Twist;
 
+    /// Towards a goal 5 m ahead of the start.
+    const GOAL: Point = Point::new(5.0, 0.0);
+
     fn drive(steps: u32, linear_mps: f32, angular_radps: f32) -> EpisodeRecorder {
-        let mut recorder = EpisodeRecorder::new(Pose::default(), &Task::default());
+        let mut recorder = EpisodeRecorder::new(Pose::default(), GOAL, &Task::default());
         let mut pose = Pose::default();
         for _ in 0..steps {
             pose = pose.advanced(Twist::new(linear_mps, angular_radps), 0.1);
@@ -262,12 +275,20 @@ mod tests {
 
     #[test]
     fn a_straight_drive_is_perfect() {
-        let metrics = drive(50, 1.0, 0.0).finish(EpisodeEnd::Success, false, Some(5.0), 5.0);
+        let metrics = drive(50, 1.0, 0.0).finish(EpisodeEnd::Success, false, Some(5.0));
         assert!(
             (metrics.spl.expect("a way is known") - 1.0).abs() < 1e-4 && (metrics.path_m - 5.0).abs() < 1e-3
         );
         assert!((metrics.smoothness - 1.0).abs() < 1e-6 && metrics.spin == 0.0);
         assert!((metrics.time_s - 5.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn what_is_left_is_measured_from_where_it_ended() {
+        let metrics = drive(20, 1.0, 0.0).finish(EpisodeEnd::Timeout, false, None);
+        assert!((metrics.euclidean_m - 5.0).abs() < 1e-6 && (metrics.distance_left_m - 3.0).abs() < 1e-4);
+        let beyond = drive(60, 1.0, 0.0).finish(EpisodeEnd::Timeout, false, None).distance_left_m;
+        assert!((beyond - 1.0).abs() < 1e-4, "a distance, whichever side of the goal: {beyond}");
     }
 
     #[test]
@@ -277,16 +298,16 @@ mod tests {
         for _ in 0..30 {
             recorder.step(&StepTruth { pose, linear_mps: 0.0, clearance_m: 1.0, time_to_collision_s: 4.0 });
         }
-        let stood_s = recorder.finish(EpisodeEnd::Timeout, false, None, 9.0).stood_at_end_s;
+        let stood_s = recorder.finish(EpisodeEnd::Timeout, false, None).stood_at_end_s;
         assert!((3.0..3.3).contains(&stood_s), "{stood_s}");
     }
 
     #[test]
     fn without_a_shortest_way_only_the_straight_line_is_a_reference() {
-        let metrics = drive(50, 1.0, 0.0).finish(EpisodeEnd::Success, false, None, 4.0);
+        let metrics = drive(63, 1.0, 0.0).finish(EpisodeEnd::Success, false, None);
         assert!(metrics.spl.is_none() && metrics.path_efficiency.is_none());
         let straight = metrics.path_efficiency_euclidean.expect("a success");
-        assert!((straight - 0.8).abs() < 1e-3, "{straight}");
+        assert!((straight - 5.0 / 6.3).abs() < 1e-3, "{straight}");
     }
 
     #[test]
@@ -294,13 +315,13 @@ mod tests {
         let spin = |angular_max_radps, turn_radps| {
             let mut task = Task::default();
             task.robot.angular_max_radps = angular_max_radps;
-            let mut recorder = EpisodeRecorder::new(Pose::default(), &task);
+            let mut recorder = EpisodeRecorder::new(Pose::default(), GOAL, &task);
             let mut pose = Pose::default();
             for _ in 0..100 {
                 pose = pose.advanced(Twist::new(0.0, turn_radps), 0.1);
                 recorder.step(&StepTruth { pose, clearance_m: 1.0, ..StepTruth::default() });
             }
-            recorder.finish(EpisodeEnd::Timeout, false, None, 5.0).spin
+            recorder.finish(EpisodeEnd::Timeout, false, None).spin
         };
         assert!(spin(1.0, 0.5) > 0.75 && spin(4.0, 2.0) > 0.75);
         assert!(spin(1.0, 0.3) == 0.0 && spin(4.0, 1.5) == 0.0);
@@ -309,9 +330,9 @@ mod tests {
 
     #[test]
     fn turning_on_the_spot_is_spin_and_failure_has_no_spl() {
-        let metrics = drive(100, 0.0, 1.0).finish(EpisodeEnd::Timeout, false, Some(5.0), 5.0);
+        let metrics = drive(100, 0.0, 1.0).finish(EpisodeEnd::Timeout, false, Some(5.0));
         assert!(metrics.spin > 0.75, "{}", metrics.spin);
         assert!(metrics.spl == Some(0.0) && metrics.path_efficiency.is_none());
-        assert!(drive(100, 0.5, 1.0).finish(EpisodeEnd::Timeout, false, Some(5.0), 5.0).spin == 0.0);
+        assert!(drive(100, 0.5, 1.0).finish(EpisodeEnd::Timeout, false, Some(5.0)).spin == 0.0);
     }
 }

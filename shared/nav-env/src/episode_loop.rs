@@ -60,7 +60,7 @@ pub fn drive_episode<C: Commands>(
     commands: &mut C,
     onlooker: &mut impl Onlooker<C>,
 ) -> Result<EpisodeMetrics, C::Error> {
-    let mut recorder = EpisodeRecorder::new(simulation.pose(), simulation.task());
+    let mut recorder = EpisodeRecorder::new(simulation.pose(), place.world.goal, simulation.task());
     let end = loop {
         let answer = commands.exchange(simulation, goal_id)?;
         onlooker.commanded(simulation, commands);
@@ -76,7 +76,7 @@ pub fn drive_episode<C: Commands>(
             break end;
         }
     };
-    Ok(recorder.finish(end, simulation.hit_while_standing(), place.geodesic_m(), place.euclidean_m()))
+    Ok(recorder.finish(end, simulation.hit_while_standing(), place.geodesic_m()))
 }
 
 /// How an episode ended, given what the controller said it did last; `None` while it goes on.

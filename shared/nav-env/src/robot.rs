@@ -17,6 +17,7 @@ use crate::episode_loop::{Answer, Commands, Onlooker, drive_episode};
 use crate::limits::Limits;
 use crate::messages::{Messages, header};
 use crate::other_lidar::OtherLidar;
+use crate::searched::Searched;
 use crate::seen::seen;
 use crate::worlds::Place;
 
@@ -30,6 +31,11 @@ pub trait Driver: Tick {
 
     /// Called before each tick with the true simulation, for ceilings: drivers that know what no robot can.
     fn see(&mut self, _truth: &Simulation) {}
+
+    /// What its searches took since [`Self::begin`], of those that plan on a grid.
+    fn searched(&self) -> Option<Searched> {
+        None
+    }
 
     /// The safety gate that it stands behind, for pictures of whom it follows.
     fn shield(&self) -> Option<&Shield> {
@@ -63,6 +69,8 @@ pub struct Driven {
     pub tick_mean_ns: u64,
     /// Longest tick, ns.
     pub tick_max_ns: u64,
+    /// What the driver's searches took, if it plans.
+    pub searched: Option<Searched>,
     /// For a picture, if asked for.
     pub trace: Option<EpisodeTrace>,
 }
@@ -105,11 +113,12 @@ impl SimulatedRobot {
         let mut commands = InProcess { robot: self, driver, status, command, times: TickTimes::default() };
         let Ok(metrics) = drive_episode(&mut simulation, place, goal_id, &mut commands, &mut trace);
         let TickTimes { count, total_ns, max_ns } = commands.times;
+        let searched = commands.driver.searched();
         if let Some(trace) = &mut trace {
             trace.steps.push(TraceStep::of(&simulation, None));
             (trace.end, trace.hit_while_standing) = (Some(metrics.end), metrics.hit_while_standing);
         }
-        Driven { metrics, tick_mean_ns: total_ns / count.max(1), tick_max_ns: max_ns, trace }
+        Driven { metrics, tick_mean_ns: total_ns / count.max(1), tick_max_ns: max_ns, searched, trace }
     }
 }
 

@@ -80,6 +80,21 @@ pub struct EpisodeRow {
     pub tick_mean_ns: u64,
     /// Longest tick, ns.
     pub tick_max_ns: u64,
+    /// Straight line from where the robot ended to the goal, m; as the columns below, missing in older tables.
+    #[serde(default)]
+    pub distance_left_m: Option<f32>,
+    /// See [`crate::searched::Searched`], as for the columns below; missing of what does not plan on a grid.
+    #[serde(default)]
+    pub searches: Option<u32>,
+    /// Nodes expanded in all of them.
+    #[serde(default)]
+    pub search_expanded: Option<u64>,
+    /// Nodes that a search can expand.
+    #[serde(default)]
+    pub search_cells: Option<u64>,
+    /// Memory of map and search at the most, bytes.
+    #[serde(default)]
+    pub search_bytes: Option<u64>,
 }
 
 /// Who drove where: the columns that are known before an episode.
@@ -141,6 +156,11 @@ impl EpisodeRow {
             spin: m.spin,
             tick_mean_ns: driven.tick_mean_ns,
             tick_max_ns: driven.tick_max_ns,
+            distance_left_m: Some(m.distance_left_m),
+            searches: driven.searched.map(|searched| searched.searches),
+            search_expanded: driven.searched.map(|searched| searched.expanded),
+            search_cells: driven.searched.map(|searched| searched.cells),
+            search_bytes: driven.searched.map(|searched| searched.bytes),
         }
     }
 
@@ -203,6 +223,16 @@ fn parse(path: &Path, text: &[u8]) -> Result<Vec<EpisodeRow>, RowsError> {
     rows.map_err(|error| RowsError::Format { path: path.to_owned(), problem: error.to_string() })
 }
 
+/// A row as a line of a file, after its header or not.
+fn written(path: &Path, row: &EpisodeRow, with_header: bool) -> Result<Vec<u8>, RowsError> {
+    let mut writer = csv::WriterBuilder::new().has_headers(with_header).from_writer(Vec::new());
+    let line = writer
+        .serialize(row)
+        .map_err(|error| error.to_string())
+        .and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
+    line.map_err(|problem| RowsError::Format { path: path.to_owned(), problem })
+}
+
 fn file_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RowsError {
     let path = path.to_owned();
     move |source| RowsError::File { action, path, source }
@@ -244,13 +274,21 @@ impl RowFile {
     /// a new one.
     ///
     /// # Errors
-    /// A file that cannot be read or written, or that holds something else.
+    /// A file that cannot be read or written, or that holds something else: also rows of fewer columns than this version's.
     pub fn resume(path: &Path) -> Result<(Self, Vec<EpisodeRow>), RowsError> {
         let mut file = open(path)?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(file_error("read", path))?;
         let whole = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
         let rows = parse(path, &text[..whole])?;
+        if let Some(row) = rows.first() {
+            let columns = |text: &[u8]| text.split(|&byte| byte == b'\n').next().map(<[u8]>::to_vec);
+            if columns(&text) != columns(&written(path, row, true)?) {
+                let problem =
+                    "it can be read, but has fewer columns than a row that is added: write elsewhere";
+                return Err(RowsError::Format { path: path.to_owned(), problem: problem.to_owned() });
+            }
+        }
         // A header without rows is written again with the first.
         let length = if rows.is_empty() { 0 } else { whole as u64 };
         let mut resumed = Self { path: path.to_owned(), file, length };
@@ -263,12 +301,7 @@ impl RowFile {
     /// # Errors
     /// A file that cannot be written; the rows before stay whole.
     pub fn append(&mut self, row: &EpisodeRow) -> Result<(), RowsError> {
-        let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
-        let line = writer
-            .serialize(row)
-            .map_err(|error| error.to_string())
-            .and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
-        let line = line.map_err(|problem| RowsError::Format { path: self.path.clone(), problem })?;
+        let line = written(&self.path, row, self.length == 0)?;
         if let Err(source) = self.file.write_all(&line) {
             // Half a row helps nobody. If even that fails, whoever resumes drops it.
             let _ = self.cut();

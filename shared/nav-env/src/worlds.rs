@@ -80,11 +80,6 @@ impl Place {
     pub fn geodesic_m(&self) -> Option<f32> {
         self.field.path_length_m(self.world.start.position()).filter(|length_m| length_m.is_finite())
     }
-
-    /// Straight line from start to goal, m.
-    pub fn euclidean_m(&self) -> f32 {
-        (self.world.goal - self.world.start.position()).norm()
-    }
 }
 
 /// Generates the worlds of these seeds of each family on two threads, or on this one where the system gives no other.

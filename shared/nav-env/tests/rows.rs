@@ -3,6 +3,7 @@
 use nav_core::metrics::EpisodeEnd;
 use nav_core::task::ShieldMode;
 use nav_env::rows::{EpisodeRow, RowFile, RowsError, read_rows};
+use nav_env::searched::Searched;
 use nav_env::summary::summarise;
 use nav_sim::disturbance::DisturbanceName;
 use nav_sim::families::{Family, Split};
@@ -40,6 +41,11 @@ fn row(world_seed: u64) -> EpisodeRow {
         spin: 0.0,
         tick_mean_ns: 40_000,
         tick_max_ns: 90_000,
+        distance_left_m: Some(0.28),
+        searches: None,
+        search_expanded: None,
+        search_cells: None,
+        search_bytes: None,
     }
 }
 
@@ -114,6 +120,45 @@ fn other_files_and_other_writers_are_refused() {
     assert!(matches!(error, RowsError::Busy { .. }), "{error}");
     drop(first);
     RowFile::resume(&path).expect("nobody writes it any more");
+}
+
+/// The columns that rows had before they told what is left and what searches took.
+#[test]
+fn rows_of_fewer_columns_are_read_and_not_gone_on_with() {
+    let (_folder, path) = table();
+    let mut file = RowFile::create(&path).expect("a new file");
+    file.append(&row(0)).expect("the disk has room");
+    drop(file);
+    let new = fs::read_to_string(&path).expect("text");
+    let old: String = new
+        .lines()
+        .map(|line| line.rsplitn(6, ',').last().expect("more than five columns").to_owned() + "\n")
+        .collect();
+    assert!(old.lines().next().is_some_and(|header| header.ends_with(",tick_mean_ns,tick_max_ns")), "{old}");
+    fs::write(&path, &old).expect("the disk has room");
+    let read = read_rows(&path).expect("older rows");
+    assert_eq!(read, [EpisodeRow { distance_left_m: None, ..row(0) }]);
+    let error = RowFile::resume(&path).expect_err("its rows are shorter").to_string();
+    assert!(error.contains("fewer columns") && error.contains("write elsewhere"), "{error}");
+    assert_eq!(fs::read_to_string(&path).expect("text"), old, "nothing is lost");
+}
+
+/// What a planner tells is in its rows, and they are read again as they were.
+#[test]
+fn a_planners_searches_are_kept() {
+    let (_folder, path) = table();
+    let searched = Searched { searches: 1, expanded: 900, cells: 19_600, bytes: 120_000 };
+    let again = Searched { searches: 1, expanded: 100, cells: 19_600, bytes: 90_000 };
+    assert_eq!(searched.and(again), Searched { searches: 2, expanded: 1000, ..searched });
+    let planned = EpisodeRow {
+        searches: Some(searched.searches),
+        search_expanded: Some(searched.expanded),
+        search_cells: Some(searched.cells),
+        search_bytes: Some(searched.bytes),
+        ..row(0)
+    };
+    RowFile::create(&path).expect("a new file").append(&planned).expect("the disk has room");
+    assert_eq!(read_rows(&path).expect("whole rows"), [planned]);
 }
 
 #[test]
