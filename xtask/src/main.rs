@@ -5,6 +5,8 @@ mod robots;
 mod training;
 mod two_processes;
 mod process;
+mod lanes;
+mod runs;
 
 mod test;
 mod bench;

@@ -1,4 +1,4 @@
-//! Programs that run beside the demo and log into files.
+//! Programs that log into files.
 
 use std::fs::{self, File};
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
-/// A process that does not outlive the demo.
+/// A process that ends with this one, unless that is killed.
 pub(crate) struct Process {
     child: Child,
     log: PathBuf,
@@ -33,7 +33,7 @@ impl Process {
     /// # Errors
     /// When the system does not say.
     pub(crate) fn ended(&mut self) -> Result<Option<ExitStatus>> {
-        self.child.try_wait().context("could not look after a process of the demo")
+        self.child.try_wait().context("could not look after a process")
     }
 
     /// Its status, if it ends within `longest`.
@@ -56,7 +56,7 @@ impl Process {
     /// # Errors
     /// As [`Self::ended`].
     pub(crate) fn wait(&mut self) -> Result<ExitStatus> {
-        self.child.wait().context("could not look after a process of the demo")
+        self.child.wait().context("could not look after a process")
     }
 
     /// Makes a failure an error: the last line that it printed, and where the rest is.

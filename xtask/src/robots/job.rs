@@ -1,17 +1,17 @@
 //! One run: a robot with a seed through trainer, export, check and evaluation; or, without a seed, what A* on the known map
 //! makes of its worlds.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus};
+use std::process::Command;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
 use super::FAMILIES;
 use super::outcome::{DONE, Outcome, said, scores};
-use crate::process::Process;
-use crate::shell::{remove_folder, root, say};
+use crate::runs::Programs;
+use crate::shell::{remove_folder, say};
 use crate::training::short;
 
 /// What all runs share.
@@ -89,21 +89,21 @@ impl Steps<'_> {
         let missed = self.export(&run, &model)?;
         let policy = if missed.is_none() { &model } else { &run };
         if missed.is_none() {
-            let mut check = self.program("runtime");
+            let mut check = self.programs().program("runtime");
             check.arg("check").arg("--model").arg(&model);
-            self.must(check, "check")?;
+            self.programs().must(check, "check", || {})?;
         }
         let hybrid = format!("hybrid={}", policy.display());
         let td3 = format!("td3=flat:{}", policy.display());
         let scores = self.evaluate(&["--policy", &hybrid, "--policy", &td3])?;
         let picture = self.folder.join("picture");
-        let mut draw = self.program("trainer");
+        let mut draw = self.programs().program("trainer");
         draw.args(["evaluate", "--policy", &hybrid, "--families", "maze", "--worlds", "1"])
             .args(["--threads", "1", "--pictures", "1", "--out"])
             .arg(&picture);
         remove_folder(&picture)?;
-        self.must(draw, "picture")?;
-        let log = fs::read_to_string(self.log("train")).unwrap_or_default();
+        self.programs().must(draw, "picture", || {})?;
+        let log = fs::read_to_string(self.programs().log("train")).unwrap_or_default();
         let seconds = said(&log, "trained in ", " s").and_then(|seconds| seconds.parse().ok());
         Ok(Outcome { missed, seconds, scores })
     }
@@ -115,38 +115,20 @@ impl Steps<'_> {
 
     /// Trains, or goes on where it was.
     fn train(&self, seed: u64, run: &Path) -> Result<()> {
-        // Of an earlier start that was killed the trainer may still be at work: it is waited for.
-        if let Ok(lock) = File::open(run.join("lock")) {
-            lock.lock().with_context(|| format!("could not lock {}", run.display()))?;
-        }
-        if run.join("policy.bin").is_file() || run.join("failed.txt").is_file() {
-            return Ok(());
-        }
-        let mut train = self.program("trainer");
-        train.arg("train");
-        if run.join("config.toml").is_file() {
-            train.arg("--resume").arg(run);
-        } else {
+        let begin = |train: &mut Command| {
             train.args(["--robot", self.robot, "--seed", &seed.to_string(), "--attempts", "1"]);
             train.args(self.setting.config.iter().flat_map(|file| ["--config".as_ref(), file.as_os_str()]));
-            train.arg("--out").arg(run);
-        }
+        };
         say(&format!("{}: training", short(self.folder)));
-        let (process, status) = self.end_of(train, "train")?;
-        // A run that ended without passing is a result, too; the trainer then ends with status 1.
-        if run.join("policy.bin").is_file() || run.join("failed.txt").is_file() {
-            return Ok(());
-        }
-        process.require_success(status)?;
-        bail!("the trainer ended well but left no policy in {}", run.display());
+        self.programs().train(run, begin, || {})
     }
 
     /// What was missed, if the gate was.
     fn export(&self, run: &Path, model: &Path) -> Result<Option<String>> {
-        let mut export = self.program("trainer");
+        let mut export = self.programs().program("trainer");
         export.arg("export").arg("--run").arg(run).arg("--out").arg(model);
-        let (process, status) = self.end_of(export, "export")?;
-        let log = fs::read_to_string(self.log("export")).unwrap_or_default();
+        let (process, status) = self.programs().end_of(export, "export", || {})?;
+        let log = fs::read_to_string(self.programs().log("export")).unwrap_or_default();
         match said(&log, "the gate was not passed, so that it cannot be exported: ", "; `trainer train") {
             Some(missed) if !status.success() => Ok(Some(missed.to_owned())),
             _ => process.require_success(status).map(|()| None),
@@ -155,45 +137,20 @@ impl Steps<'_> {
 
     fn evaluate(&self, policies: &[&str]) -> Result<Vec<super::outcome::Score>> {
         let out = self.folder.join("evaluate");
-        let mut evaluate = self.program("trainer");
-        evaluate
-            .arg("evaluate")
-            .args(policies)
-            .args(["--split", "test", "--families", &FAMILIES.join(",")])
-            .args(["--worlds", &self.setting.worlds.to_string(), "--disturbance", "usual"])
-            .args(["--threads", "1", "--pictures", "0", "--out"])
-            .arg(&out);
-        let summary = out.join("summary.json");
-        if !summary.is_file() {
-            // Killed before its first row it holds nothing to go on with.
-            if out.join("plan.json").is_file() && out.join("episodes.csv").is_file() {
-                evaluate.arg("--resume");
-            }
-            self.must(evaluate, "evaluate")?;
-        }
-        scores(&summary)
+        let arguments = |evaluate: &mut Command| {
+            evaluate
+                .arg("evaluate")
+                .args(policies)
+                .args(["--split", "test", "--families", &FAMILIES.join(",")])
+                .args(["--worlds", &self.setting.worlds.to_string(), "--disturbance", "usual"])
+                .args(["--threads", "1", "--pictures", "0"]);
+        };
+        self.programs().evaluate(&out, arguments, "evaluate", || {})?;
+        scores(&out.join("summary.json"))
     }
 
-    fn program(&self, name: &str) -> Command {
-        let mut command = Command::new(self.setting.programs.join(name));
-        // One a core.
-        command.current_dir(root()).env("OMP_NUM_THREADS", "1");
-        command
-    }
-
-    fn log(&self, step: &str) -> PathBuf {
-        self.folder.join(format!("{step}.log"))
-    }
-
-    fn end_of(&self, command: Command, step: &str) -> Result<(Process, ExitStatus)> {
-        let mut process = Process::start(command, self.log(step))?;
-        let status = process.wait()?;
-        Ok((process, status))
-    }
-
-    fn must(&self, command: Command, step: &str) -> Result<()> {
-        let (process, status) = self.end_of(command, step)?;
-        process.require_success(status)
+    fn programs(&self) -> Programs<'_> {
+        Programs { folder: &self.setting.programs, logs: self.folder }
     }
 }
 
