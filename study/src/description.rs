@@ -28,7 +28,7 @@ pub struct Description {
     pub primaries: Vec<Comparison>,
     /// Where a method must not be worse.
     #[serde(default)]
-    pub non_inferiority: Vec<NonInferiority>,
+    pub non_inferiority: Vec<Comparison>,
     /// Who is compared world by world.
     #[serde(default)]
     pub paired: Vec<Paired>,
@@ -156,24 +156,9 @@ impl Metric {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comparison {
-    /// What is compared.
-    pub metric: Metric,
-    /// Who.
-    pub method: String,
-    /// With whom.
-    pub against: Vec<String>,
-    /// On which families, each by itself.
-    pub families: Vec<String>,
-    /// With which gates [default: those of the evaluation].
-    pub gates: Option<Vec<Gate>>,
-}
-
-/// A comparison, and by how much the method may be worse.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NonInferiority {
-    /// In the units of the metric: 0.02 is two points of a hundred.
-    pub margin: f64,
+    /// By how much the method may be worse, in the units of the metric: 0.02 is two points of a hundred. Of a non-inferiority,
+    /// and of nothing else.
+    pub margin: Option<f64>,
     /// What is compared.
     pub metric: Metric,
     /// Who.

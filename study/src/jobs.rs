@@ -1,6 +1,7 @@
 //! What must be run before there is something to judge: the command lines of training and evaluation, for whoever starts them.
 
 use std::ffi::OsString;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::plan::{Source, Study};
@@ -17,6 +18,22 @@ pub struct TrainingRun {
     pub folder: PathBuf,
     /// What `trainer` is told, but for `--out`.
     pub arguments: Vec<OsString>,
+    config: PathBuf,
+    flags: Vec<String>,
+}
+
+impl TrainingRun {
+    /// What is trained, as a text that is the same as long as the same is: flags and configuration, wherever that lies and
+    /// whatever its comments say.
+    ///
+    /// # Errors
+    /// A configuration that cannot be read.
+    pub fn recipe(&self) -> io::Result<String> {
+        let text = std::fs::read_to_string(&self.config)?;
+        // What is no TOML the trainer will refuse.
+        let fields = text.parse::<toml::Table>().map_or(text, |table| table.to_string());
+        Ok(format!("seed {}\n{}\n{fields}", self.seed, self.flags.join(" ")))
+    }
 }
 
 impl Study {
@@ -30,13 +47,20 @@ impl Study {
                 method.seeds.contains(&seed).then(|| TrainingRun {
                     method: index,
                     seed,
-                    folder: run_folder(&method.name, seed),
+                    folder: arm_folder(&method.name, Some(seed)),
                     arguments: train_arguments(config, flags, seed),
+                    config: config.clone(),
+                    flags: flags.clone(),
                 })
             };
             self.methods.iter().enumerate().filter_map(with_seed)
         });
         runs.collect()
+    }
+
+    /// Where what is of a method and a training seed goes, below the folder of all runs.
+    pub fn folder(&self, method: usize, seed: Option<u64>) -> PathBuf {
+        arm_folder(&self.methods[method].name, seed)
     }
 
     /// What `trainer evaluate --policy` is told for a method: runs lie in `runs` as [`TrainingRun::folder`] says; a
@@ -47,11 +71,11 @@ impl Study {
         match &entry.source {
             Source::Rival(rival) => argument.push(rival),
             Source::Trained { .. } => {
-                argument.push(runs.join(run_folder(&entry.name, seed.unwrap_or_default())))
+                argument.push(runs.join(arm_folder(&entry.name, seed)));
             }
             Source::LowLevelOf(of) => {
                 argument.push("flat:");
-                argument.push(runs.join(run_folder(&self.methods[*of].name, seed.unwrap_or_default())));
+                argument.push(runs.join(arm_folder(&self.methods[*of].name, seed)));
             }
         }
         argument
@@ -86,8 +110,8 @@ impl Study {
     }
 }
 
-fn run_folder(name: &str, seed: u64) -> PathBuf {
-    Path::new(name).join(format!("seed-{seed}"))
+fn arm_folder(name: &str, seed: Option<u64>) -> PathBuf {
+    seed.map_or_else(|| PathBuf::from(name), |seed| Path::new(name).join(format!("seed-{seed}")))
 }
 
 /// One attempt: another seed in place of one that failed would be a choice.

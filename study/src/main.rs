@@ -39,8 +39,8 @@ enum Command {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Tables are known by their columns, whatever they are called: evaluation rows as `trainer evaluate` writes them \
-(policy, world_seed, end, ...), learning curves (method, training_seed, env_steps, success, collision, return, spin), \
-and runs (method, training_seed, outcome, train_s, env_steps, updates, commit, machine, command, note). A row belongs to the \
+(policy, world_seed, end, ...), learning curves as `trainer train` writes them \
+(METHOD/seed-N/curve.csv, with scalars.csv beside it), and runs (method, training_seed, outcome, train_s, env_steps, updates, commit, machine, command, note). A row belongs to the \
 method whose name its policy is.
 Example:
   study report --study study/paper.toml --rows results/study --out out/study")]

@@ -12,10 +12,9 @@ mod page;
 mod tables;
 mod scores;
 mod summary;
-mod provenance;
 pub mod gallery;
 
-pub use provenance::Provenance;
+pub use crate::provenance::Provenance;
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -4,12 +4,23 @@
 //! | table | columns | written by |
 //! |---|---|---|
 //! | evaluation rows | `policy`, `world_seed`, `end` and the others of [`EpisodeRow`] | `trainer evaluate` (`episodes.csv`) |
-//! | learning curves | `method`, `training_seed`, `env_steps`, `success` and the others of [`CurveRow`] | whoever trains |
-//! | runs | `method`, `training_seed`, `outcome` and the others of [`RunRow`] | whoever trains |
+//! | learning curves | `step`, `hybrid`, `FAMILY/success` and so on, in a file `METHOD/seed-N/curve.csv` | `trainer train` |
+//! | scalars of training | `step`, `low/return`, `high/return`; read beside a learning curve | `trainer train` (`scalars.csv`) |
+//! | runs | `method`, `training_seed`, `outcome` and the others of [`RunRow`] | `cargo xtask study` |
 //!
 //! Further columns do no harm. Other tables are named in the report and not read.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`curve`] | learning curves as the trainer writes them |
+//! | [`keep`] | tables as results keep them |
 
-use serde::Deserialize;
+pub mod curve;
+pub mod keep;
+
+pub use curve::CurveRow;
+
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -46,6 +57,8 @@ pub enum End {
     Timeout,
     /// Time ran out while the robot stood where it wrongly believed the goal to be.
     BelievedArrived,
+    /// Nothing drove: the training run left no policy.
+    NoPolicy,
 }
 
 /// One episode: the columns of `trainer evaluate` that are judged.
@@ -87,29 +100,8 @@ pub struct EpisodeRow {
     pub spin: f64,
 }
 
-/// One look at a run under way, on validation worlds.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct CurveRow {
-    /// The method's name.
-    pub method: String,
-    /// Its seed.
-    pub training_seed: u64,
-    /// Environment steps so far, all stages together.
-    pub env_steps: u64,
-    /// Share of validation worlds solved.
-    pub success: f64,
-    /// Share that ended in a collision.
-    pub collision: f64,
-    /// Mean return of an episode, in the method's own reward.
-    #[serde(rename = "return", default)]
-    pub episode_return: Option<f64>,
-    /// Mean share of steps that were spin.
-    #[serde(default)]
-    pub spin: Option<f64>,
-}
-
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// It passed the trainer's gate.
@@ -132,7 +124,7 @@ impl Outcome {
 }
 
 /// What a training run took and came to.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RunRow {
     /// The method's name.
     pub method: String,
@@ -234,9 +226,13 @@ impl Tables {
             let count = rows.len();
             self.episodes.extend(rows.into_iter().map(|row| (file, row)));
             count
-        } else if has(&["method", "training_seed", "env_steps", "success"]) {
-            let rows: Result<Vec<CurveRow>, _> = reader.deserialize().collect();
-            append(&mut self.curves, rows.map_err(format)?)
+        } else if has(&curve::COLUMNS)
+            && let Some(run) = curve::Run::of(path)
+        {
+            append(&mut self.curves, curve::read(&run, reader, &columns)?)
+        } else if has(&["step"]) {
+            // Of a run, read with its curve.
+            return Ok(());
         } else if has(&["method", "training_seed", "outcome"]) {
             let rows: Result<Vec<RunRow>, _> = reader.deserialize().collect();
             append(&mut self.runs, rows.map_err(format)?)
@@ -249,13 +245,16 @@ impl Tables {
     }
 }
 
+/// A table, plain or compressed.
+type Table = Box<dyn Read>;
+
 fn append<T>(to: &mut Vec<T>, mut rows: Vec<T>) -> usize {
     let count = rows.len();
     to.append(&mut rows);
     count
 }
 
-fn open(path: &Path) -> Result<Box<dyn Read>, TablesError> {
+fn open(path: &Path) -> Result<Table, TablesError> {
     let file = File::open(path).map_err(|source| TablesError::File { path: path.to_owned(), source })?;
     let buffered = BufReader::new(file);
     let is_compressed = path.extension().is_some_and(|extension| extension == "gz");

@@ -1,6 +1,6 @@
 //! The page in a real browser, headless: nothing on its console, every figure with a size, something drawn in it.
 //!
-//! Where no Chromium is installed (`apt-get install chromium`), the page is not looked at, and that is said.
+//! Where no Chromium is installed, the page is not looked at, and that is said; `cargo xtask test` installs it as root on Debian.
 
 mod support;
 

@@ -23,6 +23,22 @@ fn the_committed_study_makes_sense() {
 }
 
 #[test]
+fn the_quick_study_is_a_small_one_of_the_same() {
+    let read = |name: &str| {
+        Study::read(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).expect("a study")
+    };
+    let (quick, paper) = (read("quick.toml"), read("paper.toml"));
+    let names: Vec<&str> = quick.methods.iter().map(|method| method.name.as_str()).collect();
+    assert_eq!((names, quick.families.len(), quick.training_runs().len()), (vec!["hybrid", "td3"], 2, 6));
+    for contrast in &quick.primaries {
+        let is_asked = paper.primaries.iter().any(|asked| {
+            (asked.metric, &asked.family, asked.gate) == (contrast.metric, &contrast.family, contrast.gate)
+        });
+        assert!(is_asked, "{contrast:?}");
+    }
+}
+
+#[test]
 fn unknown_fields_are_errors() {
     for (from, to) in [
         ("[training]", "[training]\nseed = 1"),
@@ -55,6 +71,8 @@ fn contradictions_are_told() {
         ("resamples = 200", "resamples = 5", "interval.resamples is 5"),
         ("resamples = 200", "coverage = 1.0", "interval.coverage is 1"),
         ("margin = 0.02", "margin = 2.0", "two points of a hundred"),
+        ("margin = 0.02\n", "", "needs a margin"),
+        ("[[primary]]", "[[primary]]\nmargin = 0.02", "ask for it under [[non_inferiority]]"),
         ("against = [\"td3\"]", "against = [\"td4\"]", "no method of this study: there are hybrid, td3"),
         ("against = [\"td3\"]", "against = [\"hybrid\"]", "with itself"),
         ("against = [\"td3\"]", "against = [\"td3\", \"td3\"]", "is asked twice"),

@@ -140,6 +140,14 @@ fn the_numbers_are_those_of_the_rows() {
     assert!(time.worlds > 0 && time.worlds < 15, "{}", time.worlds);
     let [hybrid, td3] = &analysis.curves[..] else { panic!("two methods have curves") };
     assert!(hybrid.return_follows_success > Some(0.9) && td3.return_follows_success < Some(-0.9));
+    let is_at =
+        |value: Option<f64>, expected: f64| value.is_some_and(|value| (value - expected).abs() < 1e-9);
+    assert!(is_at(hybrid.spin, 0.02) && is_at(td3.spin, 0.4), "means over families");
+    let first = &hybrid.seeds[0].points[0];
+    assert!(first.episode_return.is_none(), "the low level's return is not the hybrid's");
+    assert!((first.success - 0.09).abs() < 0.051 && is_at(Some(first.collision), 0.05), "{first:?}");
+    assert_eq!(hybrid.iqm.len(), 10, "a look counts though the seeds' steps differ");
+    assert_eq!(hybrid.iqm[9].env_steps, 1_000_055, "the median");
     assert!(analysis.budget[1].complaints[0].contains("took 500000 environment steps"));
     assert!(analysis.budget[1].complaints[0].contains("made 80000 updates"));
 }

@@ -21,10 +21,10 @@ pub struct SeedCurve {
     pub points: Vec<CurveRow>,
 }
 
-/// The interquartile means of seeds at a step.
+/// The interquartile means of seeds at a look.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Middle {
-    /// Environment steps.
+    /// Environment steps: the median, since what a high level decides says how many its stage takes.
     pub env_steps: u64,
     /// Of success.
     pub success: f64,
@@ -39,7 +39,7 @@ pub struct MethodCurves {
     pub method: usize,
     /// By seed.
     pub seeds: Vec<SeedCurve>,
-    /// Of all seeds, at steps at which at least half of them were looked at.
+    /// Of all seeds, look by look, as long as at least half of them were looked at.
     pub iqm: Vec<Middle>,
     /// By how much success over the last fifth strays from its median at most, of the seed that strays most.
     pub strays: Option<f64>,
@@ -83,21 +83,21 @@ fn curves(method: usize, seeds: BTreeMap<u64, Vec<CurveRow>>) -> MethodCurves {
 }
 
 fn middle(seeds: &[SeedCurve]) -> Vec<Middle> {
-    let mut at: BTreeMap<u64, Vec<&CurveRow>> = BTreeMap::new();
-    for point in seeds.iter().flat_map(|curve| &curve.points) {
-        at.entry(point.env_steps).or_default().push(point);
-    }
-    at.retain(|_, points| 2 * points.len() >= seeds.len());
-    let of_step = |(env_steps, points): (u64, Vec<&CurveRow>)| {
-        let of =
-            |value: fn(&CurveRow) -> f64| iqm(&points.iter().map(|point| value(point)).collect::<Vec<_>>());
+    let longest = seeds.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
+    let of_look = |look: usize| {
+        let points: Vec<&CurveRow> = seeds.iter().filter_map(|curve| curve.points.get(look)).collect();
+        if 2 * points.len() < seeds.len() {
+            return None;
+        }
+        let values =
+            |value: fn(&CurveRow) -> f64| points.iter().map(|point| value(point)).collect::<Vec<_>>();
         Some(Middle {
-            env_steps,
-            success: of(|point| point.success)?,
-            collision: of(|point| point.collision)?,
+            env_steps: median(&values(|point| point.env_steps as f64))? as u64,
+            success: iqm(&values(|point| point.success))?,
+            collision: iqm(&values(|point| point.collision))?,
         })
     };
-    at.into_iter().filter_map(of_step).collect()
+    (0..longest).map_while(of_look).collect()
 }
 
 /// By how much success strays from its median over the last fifth of a curve; none with fewer than three looks there.

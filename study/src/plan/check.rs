@@ -136,9 +136,16 @@ pub(super) fn numbers(description: &Description) -> Result<(), String> {
     if !(100..=1_000_000).contains(&interval.resamples) {
         return Err(format!("interval.resamples is {}, but must be 100 to 1000000", interval.resamples));
     }
-    let margins = description.non_inferiority.iter().map(|asked| asked.margin);
-    if let Some(margin) = margins.into_iter().find(|margin| !(0.0..=1.0).contains(margin)) {
-        return Err(format!("a margin is {margin}, but must be 0 to 1: 0.02 is two points of a hundred"));
+    if description.primaries.iter().any(|asked| asked.margin.is_some()) {
+        return Err("a primary has a margin: ask for it under [[non_inferiority]]".to_owned());
+    }
+    for margin in description.non_inferiority.iter().map(|asked| asked.margin) {
+        let Some(margin) = margin else {
+            return Err("a non_inferiority needs a margin: 0.02 is two points of a hundred".to_owned());
+        };
+        if !(0.0..=1.0).contains(&margin) {
+            return Err(format!("a margin is {margin}, but must be 0 to 1: 0.02 is two points of a hundred"));
+        }
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Contrast, Description, Entry, Steps, Study, twice};
-use crate::description::Metric;
+use crate::description::{Comparison, Metric};
 use crate::rows::Gate;
 use crate::stats::bootstrap::Bootstrap;
 
@@ -15,32 +15,8 @@ pub(super) fn study(
     methods: Vec<Entry>,
 ) -> Result<Study, String> {
     let names = Names { methods: &methods, description: &description };
-    let mut primaries = Vec::new();
-    for (index, asked) in description.primaries.iter().enumerate() {
-        let of = Asked {
-            what: format!("primary {}", index + 1),
-            metric: asked.metric,
-            method: &asked.method,
-            against: &asked.against,
-            families: Some(&asked.families),
-            gates: asked.gates.as_deref(),
-            margin: 0.0,
-        };
-        primaries.extend(names.contrasts(&of)?);
-    }
-    let mut non_inferiority = Vec::new();
-    for (index, asked) in description.non_inferiority.iter().enumerate() {
-        let of = Asked {
-            what: format!("non_inferiority {}", index + 1),
-            metric: asked.metric,
-            method: &asked.method,
-            against: &asked.against,
-            families: Some(&asked.families),
-            gates: asked.gates.as_deref(),
-            margin: asked.margin,
-        };
-        non_inferiority.extend(names.contrasts(&of)?);
-    }
+    let primaries = names.comparisons("primary", &description.primaries)?;
+    let non_inferiority = names.comparisons("non_inferiority", &description.non_inferiority)?;
     let mut paired = Vec::new();
     for (index, asked) in description.paired.iter().enumerate() {
         let of = Asked {
@@ -131,6 +107,22 @@ impl Names<'_> {
             }
             None => Ok(wanted.to_vec()),
         }
+    }
+
+    fn comparisons(&self, what: &str, comparisons: &[Comparison]) -> Result<Vec<Contrast>, String> {
+        let mut contrasts = Vec::new();
+        for (index, asked) in comparisons.iter().enumerate() {
+            contrasts.extend(self.contrasts(&Asked {
+                what: format!("{what} {}", index + 1),
+                metric: asked.metric,
+                method: &asked.method,
+                against: &asked.against,
+                families: Some(&asked.families),
+                gates: asked.gates.as_deref(),
+                margin: asked.margin.unwrap_or(0.0),
+            })?);
+        }
+        Ok(contrasts)
     }
 
     fn contrasts(&self, asked: &Asked<'_>) -> Result<Vec<Contrast>, String> {

@@ -5,12 +5,12 @@ use std::fmt::Write;
 
 use super::gallery::Picture;
 use super::grid::Grid;
-use super::provenance::Provenance;
 use super::{summary, tables};
 use crate::analysis::Analysis;
 use crate::cells::Cells;
 use crate::figures::{Figure, Letters, escaped};
 use crate::plan::Study;
+use crate::provenance::Provenance;
 use crate::rows::Tables;
 
 const STYLE: &str = include_str!("style.css");

@@ -1,23 +1,28 @@
-//! What the report was made with.
+//! What a report, or a run, was made with.
 
 use std::path::Path;
 use std::process::Command;
 
-/// What the report was made with.
+/// What a report, or a run, was made with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance {
     /// The command.
     pub command: String,
-    /// The commit of the folder that the command ran in; `unknown` where there is none.
+    /// The commit of the checkout; `unknown` where there is none.
     pub commit: String,
     /// The machine that judged; those that trained are in the table of runs.
     pub machine: String,
 }
 
 impl Provenance {
-    /// Of this process.
+    /// Of this process, where it was started.
     pub fn here() -> Self {
-        Self { command: command(), commit: commit(), machine: machine() }
+        Self::at(Path::new("."))
+    }
+
+    /// Of this process, which works on a checkout.
+    pub fn at(folder: &Path) -> Self {
+        Self { command: command(), commit: commit(folder), machine: machine() }
     }
 }
 
@@ -32,9 +37,15 @@ fn command() -> String {
     words.join(" ")
 }
 
-fn commit() -> String {
+fn commit(folder: &Path) -> String {
     let git = |arguments: &[&str]| {
-        let output = Command::new("git").arg("--no-optional-locks").args(arguments).output().ok()?;
+        let output = Command::new("git")
+            .arg("-C")
+            .arg(folder)
+            .arg("--no-optional-locks")
+            .args(arguments)
+            .output()
+            .ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
     let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".to_owned() };
