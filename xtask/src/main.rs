@@ -2,6 +2,7 @@
 
 mod demo;
 mod robots;
+mod study;
 mod training;
 mod two_processes;
 mod process;
@@ -16,6 +17,7 @@ mod libtorch;
 mod wheel;
 mod onnxruntime;
 mod python;
+mod browser;
 
 mod manual;
 mod programs;
@@ -41,6 +43,9 @@ enum Task {
     /// Train, judge, export and drive every robot that has a profile, and write tables, cards and pictures (hours; started
     /// again, it goes on)
     Robots(robots::Options),
+    /// Train, drive and judge the methods of a study, and write its report (--quick: a quarter of an hour; else days; started
+    /// again, it goes on)
+    Study(study::Options),
     /// Check everything: format, lints, doc tests, tests; installs what that needs
     Test,
     /// Measure the simulation and the robot's networks
@@ -62,7 +67,7 @@ enum Task {
     Onnxruntime,
     /// Set up a Python environment in .tools/python/ for tests that ask onnx and TensorBoard
     Python,
-    /// Write manual pages and shell completions of the three programs into a folder
+    /// Write manual pages and shell completions of the programs into a folder
     Man {
         /// The folder: man pages go to man1/ in it, completions to bash/, zsh/ and fish/
         #[arg(long, value_name = "DIR", default_value = "out/manual")]
@@ -91,6 +96,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().task {
         Task::Demo(options) => demo::run(&options),
         Task::Robots(options) => robots::run(&options),
+        Task::Study(options) => study::run(&options),
         Task::Test => test::run(),
         Task::Bench => bench::run(),
         Task::Soak { minutes } => soak::run(minutes),

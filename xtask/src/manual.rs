@@ -22,7 +22,7 @@ const PARTS: [(&str, &str, &str, &str); 4] = [
 /// # Errors
 /// When the build fails, or a file cannot be written.
 pub(crate) fn write(out: &Path) -> Result<()> {
-    let names = ["trainer", "runtime", "simulator"];
+    let names = ["trainer", "runtime", "simulator", "study"];
     let folder = programs::build(&names)?;
     for (what, place, before, after) in PARTS {
         let place = out.join(place);

@@ -2,7 +2,7 @@
 //!
 //! A program outlives a killed xtask and may still be at work when that is started again; then it is waited for.
 
-use std::fs::{File, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 use std::thread;
@@ -142,5 +142,34 @@ fn wait_for_owner(path: &Path, alive: &mut dyn FnMut()) -> Result<()> {
                 return Err(error).with_context(|| format!("could not lock {}", path.display()));
             }
         }
+    }
+}
+
+/// What stands between two parts of a text, the first time that it does.
+pub(crate) fn said<'a>(text: &'a str, before: &str, after: &str) -> Option<&'a str> {
+    let (_, rest) = text.split_once(before)?;
+    rest.split_once(after).map(|(said, _)| said)
+}
+
+/// Writes a file whole, or not at all.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write_whole(path: &Path, text: &str) -> Result<()> {
+    let partial = path.with_extension("partial");
+    let write = || fs::write(&partial, text).and_then(|()| fs::rename(&partial, path));
+    write().with_context(|| format!("could not write {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_trainers_words_are_found() {
+        // As `trainer train` and `trainer export` print them; their own tests hold them to it.
+        let log = "[low level] ...\n\ntrained in 312 s: 409000 steps, 90000 updates\nfamily";
+        assert_eq!(said(log, "trained in ", " s"), Some("312"));
+        assert_eq!(said(log, "missed ", ";"), None);
     }
 }

@@ -4,7 +4,7 @@
 use anyhow::Result;
 
 use crate::shell::{cargo, have, run_shown, say};
-use crate::{libtorch, onnxruntime, python};
+use crate::{browser, libtorch, onnxruntime, python};
 
 /// Runs every check, in the order in which a failure is cheapest to see.
 ///
@@ -14,6 +14,7 @@ pub(crate) fn run() -> Result<()> {
     libtorch::set_up(None)?;
     onnxruntime::set_up()?;
     python::set_up()?;
+    browser::set_up()?;
     if have("cargo", &["fmt", "--version"]) {
         say("format");
         run_shown(

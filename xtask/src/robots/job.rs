@@ -9,8 +9,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 
 use super::FAMILIES;
-use super::outcome::{DONE, Outcome, said, scores};
-use crate::runs::Programs;
+use super::outcome::{DONE, Outcome, scores};
+use crate::runs::{Programs, said, write_whole};
 use crate::shell::{remove_folder, say};
 use crate::training::short;
 
@@ -177,9 +177,6 @@ impl Outcome {
 
     /// Whole, or not at all.
     fn write(&self, folder: &Path) -> Result<()> {
-        let partial = folder.join("done.partial");
-        let write =
-            || fs::write(&partial, self.to_json()).and_then(|()| fs::rename(&partial, folder.join(DONE)));
-        write().with_context(|| format!("could not write {}", folder.join(DONE).display()))
+        write_whole(&folder.join(DONE), &self.to_json())
     }
 }

@@ -90,12 +90,6 @@ fn summaries(report: &Value) -> Result<Vec<Score>> {
     rows.iter().map(|row| score(row).context("has a row without policy, family or rates")).collect()
 }
 
-/// What stands between two parts of a text, the first time that it does.
-pub(super) fn said<'a>(text: &'a str, before: &str, after: &str) -> Option<&'a str> {
-    let (_, rest) = text.split_once(before)?;
-    rest.split_once(after).map(|(said, _)| said)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,13 +106,5 @@ mod tests {
         for bad in ["", "{}", "{\"summaries\": [{\"policy\": \"a\"}]}"] {
             assert!(Outcome::parse(bad).is_err(), "{bad}");
         }
-    }
-
-    #[test]
-    fn the_trainers_words_are_found() {
-        // As `trainer train` and `trainer export` print them; their own tests hold them to it.
-        let log = "[low level] ...\n\ntrained in 312 s: 409000 steps, 90000 updates\nfamily";
-        assert_eq!(said(log, "trained in ", " s"), Some("312"));
-        assert_eq!(said(log, "missed ", ";"), None);
     }
 }
