@@ -129,6 +129,16 @@ impl Grid {
         None
     }
 
+    /// Costs of all cells, row by row.
+    pub(crate) fn costs(&self) -> &[u32] {
+        &self.cost
+    }
+
+    /// The place of a cell in them.
+    pub(crate) fn index(&self, (column, row): Cell) -> usize {
+        (row * self.columns + column) as usize
+    }
+
     pub(crate) fn neighbours(&self, cell: Cell) -> Vec<(Cell, u32)> {
         let mut found = Vec::with_capacity(8);
         for (dx, dy) in [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)] {

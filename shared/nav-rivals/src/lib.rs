@@ -1,11 +1,12 @@
 //! Floor 3: the classical rivals of the learned policies, driven by the same loop in the same worlds.
 //!
-//! Reading order: `follow` (the steering that all robots share), then one file a rival: [`planner`] (knows the map),
+//! Reading order: `follow` (the steering that all robots share), `meter` (what a search takes), then one file a rival: [`planner`] (knows the map),
 //! [`reactive`] (knows the newest scan), [`clairvoyant`] (knows the future: no robot, but a ceiling for all). A new one
 //! gets its file and a line in [`Rival`].
 
 mod follow;
 mod grid;
+mod meter;
 
 pub mod planner;
 pub mod reactive;

@@ -9,6 +9,7 @@ use nav_core::shield::Shield;
 use nav_core::task::Task;
 use nav_core::tick::{Inputs, Tick, TickStatus};
 use nav_env::robot::Driver;
+use nav_env::searched::Searched;
 use nav_env::worlds::Place;
 use nav_sim::world::World;
 use pathfinding::directed::{astar::astar, dijkstra::dijkstra};
@@ -16,6 +17,7 @@ use std::sync::Arc;
 
 use crate::follow::Follower;
 use crate::grid::{Cell, Grid};
+use crate::meter::Meter;
 
 /// Which search finds the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +36,7 @@ pub struct KnownMapPlanner {
     /// What is left of the path, map frame.
     path: Vec<Point>,
     grid: Option<Grid>,
+    searched: Option<Searched>,
     world: Option<Arc<World>>,
     map_from_odom: Pose,
 }
@@ -47,6 +50,7 @@ impl KnownMapPlanner {
             follower: Follower::new(task),
             path: Vec::new(),
             grid: None,
+            searched: None,
             world: None,
             map_from_odom: Pose::default(),
         }
@@ -74,10 +78,15 @@ impl KnownMapPlanner {
 impl Driver for KnownMapPlanner {
     fn begin(&mut self, place: &Place) {
         self.world = Some(place.world.clone());
+        self.searched = None;
     }
 
     fn localise(&mut self, map_from_odom: Pose) {
         self.map_from_odom = map_from_odom;
+    }
+
+    fn searched(&self) -> Option<Searched> {
+        self.searched
     }
 
     fn shield(&self) -> Option<&Shield> {
@@ -90,8 +99,8 @@ impl Tick for KnownMapPlanner {
         self.follower.observe(&inputs);
         if let Some(world) = self.world.take() {
             let grid = Grid::new(&world, &self.task);
-            self.path = grid.path(self.search, world.start.position(), world.goal);
-            self.grid = Some(grid);
+            let (path, searched) = grid.path(self.search, world.start.position(), world.goal);
+            (self.path, self.grid, self.searched) = (path, Some(grid), Some(searched));
         }
         let target = self.target();
         self.follower.towards(now_ns, &inputs, target)
@@ -103,18 +112,26 @@ impl Tick for KnownMapPlanner {
 }
 
 impl Grid {
-    /// Cell centres from start to goal; empty when there is no path.
-    fn path(&self, search: Search, start: Point, goal: Point) -> Vec<Point> {
+    /// Cell centres from start to goal, empty when there is no path; and what the search took.
+    fn path(&self, search: Search, start: Point, goal: Point) -> (Vec<Point>, Searched) {
         let (start, goal) = (self.cell(start), self.cell(goal));
         let octile = |cell: &Cell| {
             let (dx, dy) = (cell.0.abs_diff(goal.0), cell.1.abs_diff(goal.1));
             100 * dx.max(dy) + 40 * dx.min(dy)
         };
-        let found = match search {
-            Search::AStar => astar(&start, |cell| self.neighbours(*cell), octile, |cell| *cell == goal),
-            Search::Dijkstra => dijkstra(&start, |cell| self.neighbours(*cell), |cell| *cell == goal),
+        let mut meter = Meter::new(self.costs().len(), self.index(start));
+        let neighbours = |cell: &Cell| {
+            let found = self.neighbours(*cell);
+            meter.expand(self.index(*cell), found.iter().map(|&(next, step)| (self.index(next), step)));
+            found
         };
-        found.map_or_else(Vec::new, |(cells, _)| cells.into_iter().map(|cell| self.center(cell)).collect())
+        let found = match search {
+            Search::AStar => astar(&start, neighbours, octile, |cell| *cell == goal),
+            Search::Dijkstra => dijkstra(&start, neighbours, |cell| *cell == goal),
+        };
+        let path = found
+            .map_or_else(Vec::new, |(cells, _)| cells.into_iter().map(|cell| self.center(cell)).collect());
+        (path, meter.searched(size_of_val(self.costs())))
     }
 }
 
@@ -129,8 +146,12 @@ mod tests {
         for seed in 0..5 {
             let world = generate(Family::Maze, Split::Validation, seed);
             let grid = Grid::new(&world, &Task::default());
-            let paths = [Search::AStar, Search::Dijkstra]
+            let [(first, quick), (second, slow)] = [Search::AStar, Search::Dijkstra]
                 .map(|search| grid.path(search, world.start.position(), world.goal));
+            assert!(quick.expanded >= first.len() as u64 - 1, "at least the way itself: {quick:?}");
+            assert!(quick.expanded < slow.expanded && slow.expanded <= slow.cells, "{quick:?}, {slow:?}");
+            assert!(quick.bytes < slow.bytes && quick.cells == slow.cells, "{quick:?}, {slow:?}");
+            let paths = [first, second];
             let length = |path: &[Point]| path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f32>();
             for path in &paths {
                 assert!((path[0] - world.start.position()).norm() < CELL_M);
