@@ -8,6 +8,7 @@
 //! | [`overall`] | each method over all families: interquartile mean, performance profile, probability of improvement |
 //! | [`curves`] | learning curves: the seeds' spread, stability, return against success |
 //! | [`steps`] | the ladder and the ablations |
+//! | [`pathbench`] | the figures of the paper's chosen tool |
 //! | [`budget`] | what the runs took, and whether they were given the same |
 
 pub mod estimate;
@@ -16,6 +17,7 @@ pub mod paired;
 pub mod overall;
 pub mod curves;
 pub mod steps;
+pub mod pathbench;
 pub mod budget;
 
 use crate::cells::Cells;
@@ -38,6 +40,8 @@ pub struct Analysis {
     pub paired: Vec<paired::Pair>,
     /// Each method over all families.
     pub overall: Vec<overall::Overall>,
+    /// The figures of PathBench.
+    pub pathbench: Vec<pathbench::MethodFigures>,
     /// Learning curves by method.
     pub curves: Vec<curves::MethodCurves>,
     /// The ladder.
@@ -62,6 +66,7 @@ impl Analysis {
             non_inferiority: contrast::answers(study, cells, &study.non_inferiority),
             paired: paired::pairs(study, cells),
             overall: overall::overall(study, cells),
+            pathbench: pathbench::methods(study, cells),
             ladder: steps(&study.ladder),
             ablation: steps(&study.ablation),
             budget: budget::spent(study, &tables.runs),

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use crate::analysis::pathbench::Figures;
 use crate::description::Metric;
 use crate::plan::Study;
 use crate::rows::{End, EpisodeRow, Gate};
@@ -31,6 +32,8 @@ pub struct Episode {
     pub clearance_min_m: f64,
     /// Share of steps that were spin.
     pub spin: f64,
+    /// What PathBench would say.
+    pub pathbench: Figures,
     /// Index of the file that it is from.
     file: usize,
 }
@@ -126,6 +129,7 @@ fn episode(row: &EpisodeRow, file: usize) -> Episode {
         smoothness: row.smoothness,
         clearance_min_m: row.clearance_min_m,
         spin: row.spin,
+        pathbench: Figures::of(row),
         file,
     }
 }

@@ -10,6 +10,7 @@
 mod grid;
 mod page;
 mod tables;
+mod pathbench;
 mod scores;
 mod summary;
 pub mod gallery;

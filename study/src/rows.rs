@@ -98,6 +98,33 @@ pub struct EpisodeRow {
     pub clearance_min_m: f64,
     /// Share of steps that were spin.
     pub spin: f64,
+    /// Steps taken.
+    #[serde(default)]
+    pub steps: Option<u32>,
+    /// Driven, m.
+    #[serde(default)]
+    pub path_m: Option<f64>,
+    /// Shortest way on the known map, m.
+    #[serde(default)]
+    pub geodesic_m: Option<f64>,
+    /// Mean clearance, m.
+    #[serde(default)]
+    pub clearance_mean_m: Option<f64>,
+    /// Straight line from where the robot ended to the goal, m; missing in older rows, as what follows.
+    #[serde(default)]
+    pub distance_left_m: Option<f64>,
+    /// Searches of a planner.
+    #[serde(default)]
+    pub searches: Option<u32>,
+    /// Nodes that they expanded, all together.
+    #[serde(default)]
+    pub search_expanded: Option<f64>,
+    /// Nodes that a search can expand.
+    #[serde(default)]
+    pub search_cells: Option<f64>,
+    /// Memory of map and search, bytes.
+    #[serde(default)]
+    pub search_bytes: Option<f64>,
 }
 
 /// How a run ended.

@@ -90,7 +90,17 @@ fn figures_and_tables_are_files_too() {
         let png = fs::read(stage.path(&format!("out/figures/{figure}.png"))).expect("a PNG");
         assert!(png.starts_with(b"\x89PNG") && png.len() > 4_000, "{figure}: {} bytes", png.len());
     }
-    let tables = ["headline", "methods", "non-inferiority", "ladder", "ablation", "paired", "runs", "scores"];
+    let tables = [
+        "headline",
+        "methods",
+        "non-inferiority",
+        "ladder",
+        "ablation",
+        "paired",
+        "pathbench",
+        "runs",
+        "scores",
+    ];
     for table in tables {
         let mut reader = csv::Reader::from_path(stage.path(&format!("out/{table}.csv"))).expect(table);
         assert!(reader.records().all(|record| record.is_ok()), "{table}");

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::gallery::Picture;
 use super::grid::Grid;
-use super::{summary, tables};
+use super::{pathbench, summary, tables};
 use crate::analysis::Analysis;
 use crate::cells::Cells;
 use crate::figures::{Figure, Letters, escaped};
@@ -37,6 +37,7 @@ impl Content<'_> {
             tables::ladder(study, analysis),
             tables::ablation(study, analysis),
             tables::paired(study, analysis),
+            pathbench::grid(study, analysis),
             tables::runs(study, analysis),
             tables::missing(study, cells),
         ];
@@ -65,7 +66,7 @@ impl Content<'_> {
         for figure in self.figures.iter().filter(|figure| figure.name != "primary-differences") {
             self::figure(&mut html, figure);
         }
-        for name in ["non-inferiority", "ladder", "ablation", "paired", "runs", "missing"] {
+        for name in ["non-inferiority", "ladder", "ablation", "paired", "pathbench", "runs", "missing"] {
             table(&mut html, name);
         }
         if !self.pictures.is_empty() {

@@ -17,9 +17,8 @@ const FIGURES: usize = 4;
 
 /// Columns of evaluation rows that are left out: where a run lay, what follows from other columns, and times of ticks, which say
 /// something of the machine only.
-const LEFT_OUT: [&str; 7] = [
+const LEFT_OUT: [&str; 6] = [
     "run",
-    "steps",
     "path_efficiency_euclidean",
     "time_to_collision_min_s",
     "stood_at_end_s",
