@@ -1,8 +1,8 @@
 //! Floor 3: the classical rivals of the learned policies, driven by the same loop in the same worlds.
 //!
-//! Reading order: `follow` (the steering that all robots share), `meter` (what a search takes), then one file a rival: [`planner`] (knows the map),
-//! [`reactive`] (knows the newest scan), [`clairvoyant`] (knows the future: no robot, but a ceiling for all). A new one
-//! gets its file and a line in [`Rival`].
+//! Reading order: `follow` (the steering that all robots share), `grid` and `meter` (what plans are made on, and what a
+//! search takes), then one file a rival: [`planner`] (knows the map), [`reactive`] (knows the newest scan), [`clairvoyant`]
+//! (knows the future: no robot, but a ceiling for all). A new one gets its file and a line in [`Rival`].
 
 mod follow;
 mod grid;
