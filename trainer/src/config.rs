@@ -189,9 +189,9 @@ pub struct HighConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GateConfig {
-    /// Share of random subgoals that the low level must reach, static families.
+    /// Share of random subgoals that the low level must reach behind the safety gate, static families.
     pub low_reach: f32,
-    /// Share of them that may end in a collision.
+    /// Share of them that may end in a collision there.
     pub low_collision: f32,
     /// Share of the whole policy's steps that may be spin.
     pub spin: f32,

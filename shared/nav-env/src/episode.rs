@@ -2,9 +2,10 @@
 
 use nav_core::geometry::{Point, Pose};
 use nav_core::guard::Guard;
-use nav_core::messages::LaserScan;
+use nav_core::messages::{LaserScan, Odometry};
 use nav_core::navigator::Navigator;
 use nav_core::observation::LOW_OBSERVATION;
+use nav_core::shielding::Shielding;
 use nav_core::task::Task;
 use nav_core::twist::Twist;
 use nav_sim::disturbance::Disturbance;
@@ -25,6 +26,8 @@ pub struct Episode {
     simulation: Simulation,
     navigator: Navigator,
     guard: Guard,
+    /// The safety gate and the odometry that it goes by; none in training.
+    gate: Option<Box<(Shielding, Odometry)>>,
     scan: Box<LaserScan>,
     goal_id: u32,
     /// Steps for which it has believed to have arrived.
@@ -42,12 +45,20 @@ impl Episode {
             simulation,
             navigator: Navigator::new(task),
             guard: Guard::new(task),
+            gate: None,
             scan: Box::default(),
             goal_id: 0,
             arrived_steps: 0,
         };
         episode.observe();
         episode
+    }
+
+    /// The same, behind the safety gate if the task has one: from the next [restart](Self::restart) on.
+    #[must_use]
+    pub fn behind_gate(self) -> Self {
+        let gate = Some(Box::new((Shielding::new(&self.task), Odometry::default())));
+        Self { gate, ..self }
     }
 
     /// Starts again, elsewhere.
@@ -59,6 +70,9 @@ impl Episode {
         self.goal_id = self.goal_id.wrapping_add(1);
         self.arrived_steps = 0;
         self.guard.restart_from(Twist::ZERO, 0);
+        if let Some(gate) = &mut self.gate {
+            gate.0.forget();
+        }
         self.observe();
     }
 
@@ -74,7 +88,11 @@ impl Episode {
     }
 
     fn send(&mut self, wish: Twist) -> Outcome {
-        let (command, _) = self.guard.limit(wish);
+        let safe = match self.gate.as_deref() {
+            Some((gate, odom)) => gate.filter(wish, odom, &self.guard, &self.navigator).0,
+            None => wish,
+        };
+        let (command, _) = self.guard.limit(safe);
         let outcome = self.simulation.step(command);
         self.observe();
         outcome
@@ -84,6 +102,10 @@ impl Episode {
         self.simulation.scan(&mut self.scan);
         let (odom, goal) = (self.simulation.odometry(), self.simulation.goal(self.goal_id));
         self.navigator.observe(&self.scan, &odom, &goal);
+        if let Some(gate) = &mut self.gate {
+            gate.0.observe(&self.scan, &odom, &self.navigator);
+            gate.1 = odom;
+        }
         self.arrived_steps = if self.navigator.goal_reached() { self.arrived_steps + 1 } else { 0 };
     }
 

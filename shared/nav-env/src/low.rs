@@ -109,6 +109,14 @@ impl LowRobot {
         robot
     }
 
+    /// The same in its first episode behind the safety gate, to be scored: training never has it.
+    #[must_use]
+    pub fn behind_gate(self) -> Self {
+        let mut robot = Self { episode: self.episode.behind_gate(), ..self };
+        robot.begin(0);
+        robot
+    }
+
     /// Begins episode `number` of this robot.
     fn begin(&mut self, number: u64) {
         self.episodes = number;
