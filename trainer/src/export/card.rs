@@ -70,7 +70,7 @@ pub(super) fn card(policy: &Policy) -> Result<String> {
     }
     let _ = write!(
         text,
-        "\nThe low level alone, with the disturbances of training, {}.\n\n{}\n\
+        "\nThe low level alone, behind the safety gate and with the disturbances of training, {}.\n\n{}\n\
          ## Limits\n\n\
          Trained and scored in simulation. It is not a certified safety function: detecting people and the \
          emergency stop stay in hardware. Crowds of people who do not look are its weak spot; see the collision \
