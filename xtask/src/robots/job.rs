@@ -93,8 +93,9 @@ impl Steps<'_> {
             check.arg("check").arg("--model").arg(&model);
             self.programs().must(check, "check", || {})?;
         }
-        let hybrid = format!("hybrid={}", policy.display());
-        let td3 = format!("td3=flat:{}", policy.display());
+        let policy = short(policy);
+        let hybrid = format!("hybrid={policy}");
+        let td3 = format!("td3=flat:{policy}");
         let scores = self.evaluate(&["--policy", &hybrid, "--policy", &td3])?;
         let picture = self.folder.join("picture");
         let mut draw = self.programs().program("trainer");
