@@ -4,7 +4,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`unit`] | a training run with everything that is driven with what it left |
+//! | [`mod@unit`] | a training run with everything that is driven with what it left |
 //! | [`board`] | the table of all runs while they are under way |
 //! | [`results`] | the folder of results |
 
