@@ -39,6 +39,17 @@ fn code_soon(mut child: Child) -> Option<i32> {
     None
 }
 
+/// Whether a row of a run's scalars has a loss.
+fn has_learned(scalars: &str) -> bool {
+    let mut lines = scalars.lines();
+    let Some(loss) = lines.next().and_then(|head| head.split(',').position(|name| name == "td3/critic_loss"))
+    else {
+        return false;
+    };
+    let is_loss = |value: &str| value.parse().is_ok_and(|loss: f64| loss > 0.0);
+    lines.any(|row| row.split(',').nth(loss).is_some_and(is_loss))
+}
+
 /// Trains a little with these outputs, hangs up, and expects everything to be saved.
 fn trained_and_hung_up(what: &str, start: impl FnOnce(&Path) -> Command) {
     let folder = tempfile::tempdir().expect("a folder");
@@ -46,7 +57,8 @@ fn trained_and_hung_up(what: &str, start: impl FnOnce(&Path) -> Command) {
     let mut child = start(folder.path()).spawn().expect("the trainer starts");
     let scalars = folder.path().join("run/scalars.csv");
     let started = Instant::now();
-    while !std::fs::read_to_string(&scalars).is_ok_and(|text| text.lines().count() > 1) {
+    // Before the first update, in the warm-up, nothing is saved.
+    while !std::fs::read_to_string(&scalars).is_ok_and(|text| has_learned(&text)) {
         assert!(child.try_wait().expect("our own child").is_none(), "{what}: it ended by itself");
         assert!(started.elapsed() < Duration::from_secs(120), "{what}: it trains");
         std::thread::sleep(Duration::from_millis(20));
